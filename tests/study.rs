@@ -213,7 +213,7 @@ fn show(seed: u64, id: &str, out: Option<&Path>, store: Option<&Path>) -> Result
 /// The model and the recordings of a case, as `pam diagnose` reads them.
 fn write_data(folder: &Path, case: &Case) -> Result<(), String> {
     let made = data(case);
-    save_model(&folder.join("model.safetensors"), &made.model).map_err(|e| e.to_string())?;
+    save_model(folder.join("model.safetensors"), &made.model).map_err(|e| e.to_string())?;
     let sets = [("data", Some(&made.subjects)), ("baseline", made.baseline.as_ref())];
     for (name, subjects) in sets.into_iter().filter_map(|(name, s)| Some((name, s?))) {
         let folder = folder.join(name);
