@@ -146,7 +146,8 @@ pub struct PairOutcome {
 }
 
 impl PairOutcome {
-    /// Whether the diagnoses confuse the pair after the published excitation alone, and separate it after the design.
+    /// Whether the pair is confused with two measurements of the published excitation, and distinguished if the second one is the
+    /// design.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         self.said.as_ref().is_some_and(|[standard, designed]| {

@@ -223,27 +223,18 @@ fn reaches_rivals(
     Ok(learned.deviance - errors.deviance() < ground.settings.remainder.much_worse)
 }
 
-/// Whether the test set proves that the correction, with the coefficients that were learned, lowers the error that the named
-/// causes leave.
+/// Whether the correction, with its learned coefficients, significantly reduces the error on the test set.
 fn confirmed_as_learned(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
     learned: &Learned,
 ) -> Result<bool, DiagnoseError> {
     space.with(&learned.definitions(space), |system| {
-        let rows = ground.rows(system, &learned.hypothesis).ok_or_else(diverges)?;
-        let open = &rows.whole;
-        let held = |members: &[Member]| {
-            let (members, fixed) = (members.to_vec(), members.len());
-            open.fit(
-                Hypothesis { members, fixed, ..open.base() },
-                ground.settings.search.first_iterations,
-            )
-        };
-        let base = held(&ground.named)?.hypothesis;
-        let corrected = held(&learned.hypothesis.members)?.hypothesis;
-        let test = ground.roles.test(system, &ground.noise, ground.settings).opened(&base)?;
-        Ok(test.is_reduced(&base, &corrected))
+        let test = ground.roles.test(system, &ground.noise, ground.settings);
+        // The comparison fits the nuisances of both to the test rows.
+        let with =
+            |members: &[Member]| Hypothesis { members: members.to_vec(), ..test.problem().base() };
+        Ok(test.is_reduced(&with(&ground.named), &with(&learned.hypothesis.members)))
     })
 }
 

@@ -116,7 +116,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         singles.find(|h| h.members.iter().all(|m| set.contains(m.candidate))).cloned()
     }
 
-    /// The best set without refused candidates that is no larger than the chosen one, if the odds could not tell them apart.
+    /// The most probable set without the refused candidates that has no more members than the chosen set; `None` if the odds of the
+    /// chosen set against it are decisive.
     fn rival(&self, barred: &[usize]) -> Option<Hypothesis> {
         if self.timed.is_some() {
             return None;

@@ -61,7 +61,7 @@ impl<S: Scalar> GasTable<S> {
         table.holds(chambers, air_g, step_mm).then_some(table)
     }
 
-    /// Whether the interpolation error at the midpoint of every cell is within the tolerance.
+    /// Compares the interpolation error at the midpoint of each cell with the tolerance.
     fn holds(&self, chambers: &Chambers<'_, S>, air_g: [S; 2], step_mm: f64) -> bool {
         (0..self.cells.len()).all(|k| {
             let x = S::constant(self.start_mm + (k as f64 + 0.5) * step_mm);

@@ -1,5 +1,6 @@
 //! What a protocol is worth.
 
+use super::space::DesignLimits;
 use crate::detect::{Demand, Kind, Ray, of_nothing, signature, span_of};
 use crate::error::ExperimentError;
 use crate::plan::{SensorView, planned_runs, sensor_view};
@@ -69,13 +70,12 @@ pub(super) struct Judge<'a> {
     pub(super) model: &'a ExtendedModel,
     pub(super) options: &'a DiagnoseOptions,
     pub(super) sensors: &'a SensorParameters,
-    /// The noise of every protocol; what the sensors show under each if absent.
+    /// The noise model for all protocols. If `None`, each protocol gets the noise of its simulated sensors.
     pub(super) noise: Option<&'a Noise>,
     pub(super) objective: &'a Objective,
     /// Effects with the magnitudes at which they are compared.
     pub(super) ways: Vec<(Ray, f64)>,
-    /// Largest displacement (mm) and speed (mm/s).
-    pub(super) largest: [f64; 2],
+    pub(super) limits: &'a DesignLimits,
     pub(super) seed: u64,
 }
 
@@ -88,8 +88,8 @@ impl Judge<'_> {
             let subject = run.simulated(self.model).ok()?;
             let within = |values: &[f64], most: f64| values.iter().all(|v| v.abs() <= most);
             let r = &subject.recording;
-            let [x, v] = self.largest;
-            let inside = within(&r.displacement_mm, x) && within(&r.velocity_mm_s, v);
+            let inside = within(&r.displacement_mm, self.limits.travel_mm)
+                && within(&r.velocity_mm_s, self.limits.speed_mm_s);
             inside.then_some(subject)
         };
         runs.iter().map(subject).collect()
@@ -102,7 +102,7 @@ impl Judge<'_> {
             .unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// What a diagnosis would see of simulated recordings beside the motion.
+    /// The sensor noise of simulated recordings, and the recordings as the sensors would measure them.
     pub(super) fn view(&self, recordings: &[Subject]) -> Result<SensorView, ExperimentError> {
         match self.noise {
             Some(noise) => Ok(noise.clone().into()),

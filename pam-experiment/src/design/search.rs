@@ -29,7 +29,7 @@ pub struct DesignOptions {
     pub objective: Objective,
     /// Motor and sensors of the rig.
     pub sensors: SensorParameters,
-    /// Noise of the channels under every protocol; what the sensors show under each if absent.
+    /// The noise model for all protocols. If `None`, each protocol gets the noise of its simulated sensors.
     pub noise: Option<Noise>,
     /// Protocols that are simulated.
     pub evaluations: usize,
@@ -175,7 +175,7 @@ pub fn design(
         noise: options.noise.as_ref(),
         objective: &options.objective,
         ways: Vec::new(),
-        largest: [options.limits.travel_mm, options.limits.speed_mm_s],
+        limits: &options.limits,
         seed: options.seed,
     };
     let view = judge.view(&recordings)?;
@@ -250,11 +250,13 @@ fn search(
     let mut random = ChaCha8Rng::seed_from_u64(options.seed ^ 0x0de5_1691);
     let all = options.evaluations.max(GENERATION);
     let judged = |proposals: Vec<Proposal>| -> Vec<(f64, Proposal)> {
-        let worth = |k: usize| match &proposals[k] {
-            p if p.longest_hold_s() > limits.hold_s => f64::NEG_INFINITY,
-            p => judge.worth(&p.protocol("design")),
-        };
-        let worths = parallel::map(proposals.len(), worth);
+        let worths = parallel::map(proposals.len(), |k| {
+            let proposal = &proposals[k];
+            if proposal.longest_hold_s() > limits.hold_s {
+                return f64::NEG_INFINITY;
+            }
+            judge.worth(&proposal.protocol("design"))
+        });
         worths.into_iter().zip(proposals).collect()
     };
     let best_first = |of: &mut Vec<(f64, Proposal)>| of.sort_by(|a, b| b.0.total_cmp(&a.0));
