@@ -7,11 +7,11 @@
 //! target/release/examples/laws tables         # criteria and tables, into results/laws
 //! ```
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
 use pam_diagnose::DiagnosisSettings;
-use pam_tests::laws::{self, LawOutcome, nulls, run_law, run_null};
+use pam_tests::laws::{self, HiddenLaw, LawOutcome, nulls, run_law, run_null};
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -21,33 +21,30 @@ use std::process::ExitCode;
 const SUMMARY: &str = "summary.json";
 /// Number of null sets.
 const NULLS: usize = 40;
-/// First seed of the laws that were written after the search.
-const FIRST_UNSEEN: u64 = 101;
-/// First seed of those that were written after the search was changed on these.
-const FIRST_FRESH: u64 = 201;
-/// First seed of those that were written last.
-const FIRST_LAST: u64 = 301;
-
-/// Sets of laws, by when they were written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Laws {
-    /// Those on which the search was developed, with the null sets.
+/// Lists of laws, by when they were written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum List {
+    /// Those on which the search was developed, with the null sets; seeds from 1 on.
     Developed,
-    /// Those that were written after the search.
+    /// Those that were written after the search; seeds from 101 on.
     Unseen,
-    /// Those that were written after it was changed.
+    /// Those that were written after it was changed on these; seeds from 201 on.
     Fresh,
-    /// Those that were written after it was changed on these.
+    /// Those that were written after it was changed on these; seeds from 301 on.
     Last,
+    /// Those that were written without knowledge of the search; seeds from 401 on.
+    Outside,
 }
 
-impl Laws {
-    fn of(unseen: bool, fresh: bool, last: bool) -> Self {
-        match (unseen, fresh, last) {
-            (_, _, true) => Self::Last,
-            (_, true, false) => Self::Fresh,
-            (true, false, false) => Self::Unseen,
-            (false, false, false) => Self::Developed,
+impl List {
+    /// Its laws and the first seed of their noise.
+    fn laws(self) -> (Vec<HiddenLaw>, u64) {
+        match self {
+            Self::Developed => (laws::laws(), 1),
+            Self::Unseen => (laws::unseen(), 101),
+            Self::Fresh => (laws::fresh(), 201),
+            Self::Last => (laws::last(), 301),
+            Self::Outside => (laws::outside(), 401),
         }
     }
 }
@@ -66,18 +63,12 @@ enum Action {
         /// Cases whose id contains this.
         #[arg(long, default_value = "")]
         only: String,
-        /// Seeds of the noise of the laws, from 1 on.
+        /// Number of seeds of the noise of the laws.
         #[arg(long, default_value_t = 1)]
         seeds: u64,
-        /// Laws that were written after the search, with seeds from 101 on, in place of those on which it was developed.
-        #[arg(long)]
-        unseen: bool,
-        /// Laws that were written after those, with seeds from 201 on.
-        #[arg(long, conflicts_with = "unseen")]
-        fresh: bool,
-        /// Laws that were written after those, with seeds from 301 on.
-        #[arg(long, conflicts_with_all = ["unseen", "fresh"])]
-        last: bool,
+        /// Laws that are hidden.
+        #[arg(long, value_enum, default_value_t = List::Developed)]
+        list: List,
         /// Length of each recording, s.
         #[arg(long, default_value_t = laws::LENGTH_S)]
         length: f64,
@@ -98,12 +89,10 @@ enum Action {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Action::Run { only, seeds, unseen, fresh, last, length, overrides, out } => {
-            DiagnosisSettings::parse("", &overrides).map_err(|e| e.to_string()).and_then(
-                |settings| {
-                    run(&only, seeds, (Laws::of(unseen, fresh, last), length), &settings, &out)
-                },
-            )
+        Action::Run { only, seeds, list, length, overrides, out } => {
+            DiagnosisSettings::parse("", &overrides)
+                .map_err(|e| e.to_string())
+                .and_then(|settings| run(&only, seeds, (list, length), &settings, &out))
         }
         Action::Tables { folder } => tables(&folder),
     };
@@ -119,7 +108,7 @@ fn main() -> ExitCode {
 fn run(
     only: &str,
     seeds: u64,
-    (which, length_s): (Laws, f64),
+    (list, length_s): (List, f64),
     settings: &DiagnosisSettings,
     out: &Path,
 ) -> Result<(), String> {
@@ -133,18 +122,13 @@ fn run(
         let text = serde_json::to_string(&outcome).map_err(|e| e.to_string())?;
         write_atomic(&path, format!("{text}\n").as_bytes()).map_err(|e| e.to_string())
     };
-    let (hidden, first) = match which {
-        Laws::Developed => (laws::laws(), 1),
-        Laws::Unseen => (laws::unseen(), FIRST_UNSEEN),
-        Laws::Fresh => (laws::fresh(), FIRST_FRESH),
-        Laws::Last => (laws::last(), FIRST_LAST),
-    };
+    let (hidden, first) = list.laws();
     for seed in first..first + seeds {
         for law in &hidden {
             store(&format!("{}-{seed}", law.id), &|| run_law(law, seed, length_s, settings))?;
         }
     }
-    if which != Laws::Developed {
+    if list != List::Developed {
         return Ok(());
     }
     for case in nulls(NULLS) {

@@ -384,6 +384,89 @@ pub fn last() -> Vec<HiddenLaw> {
     all
 }
 
+/// Ten laws that were written without knowledge of the search, two of them with memory, at other pressures.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn outside() -> Vec<HiddenLaw> {
+    let mut all = vec![
+        law(
+            "fan_disturbance",
+            &[("force_n", 8.0), ("frequency_hz", 3.3), ("phase_rad", 0.9)],
+            "parameters.n = { range = [0, 500], absent = 0, start = [5] }\nparameters.frequency_hz = { range = [0.1, 20], log = true, start = [3.25, 3.3, 3.35] }\nparameters.phase = { range = [0.01, 6.3], log = true, start = [1] }\nacts.force_n = \"n * sin(2 * pi * frequency_hz * t + phase)\"",
+            &["t"],
+        ),
+        law(
+            "difference_spring",
+            &[("n_mm_kpa", 0.1)],
+            "parameters.k = { range = [-5, 5], absent = 0, start = [0.05] }\nacts.force_n = \"-k * (pf - pe) * x\"",
+            &["pe", "pf", "x"],
+        ),
+        law(
+            "stretched_damping",
+            &[("n_s_mm2", 2.0)],
+            "parameters.c = { range = [0, 100], absent = 0, start = [1] }\nacts.force_n = \"-c * max(-x, 0) * v\"",
+            &["v", "x"],
+        ),
+        law(
+            "moment_arm",
+            &[("per_mm", 0.08)],
+            "parameters.c = { range = [-1, 1], absent = 0, start = [0.04] }\nacts.force_n = \"-c * x * force\"",
+            &["force", "x"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "motor_heating",
+                &[("per_n2", 7e-6), ("tau_s", 2.5)],
+                "parameters.c = { range = [0, 1e-3], absent = 0, start = [4e-6] }\nparameters.time_s = { range = [0.01, 100], log = true, start = [2] }\nmemory.z = { start = \"0\", rate = \"(force^2 - z) / time_s\" }\nacts.force_n = \"-c * z * force\"",
+                &["force"],
+            )
+        },
+        HiddenLaw {
+            // Friction turns with the velocity, whether the law says so or it is dry.
+            or: &["pf", "v", "x"],
+            ..law(
+                "braid_friction",
+                &[("n_mm_kpa", 0.04)],
+                "parameters.c = { range = [0, 5], absent = 0, start = [0.02] }\nacts.dry_friction_n = \"c * max(pf - p_atm, 0) * abs(x)\"",
+                &["pf", "x"],
+            )
+        },
+        law(
+            "stretch_leak",
+            &[("g_s_mm_kpa", 8e-7)],
+            "parameters.c = { range = [0, 1e-3], absent = 0, start = [4e-7] }\nacts.air_extensor_g_s = \"-c * (pe - p_atm) * max(x, 0)\"",
+            &["pe", "x"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            or: &["x"],
+            ..law(
+                "heated_air",
+                &[("kpa_mm", 3.0), ("tau_s", 0.15)],
+                "parameters.c = { range = [-100, 100], absent = 0, start = [2] }\nparameters.time_s = { range = [0.01, 100], log = true, start = [0.2] }\nmemory.z = { start = \"0\", rate = \"v - z / time_s\" }\nacts.pressure_flexor_kpa = \"pf - c * z\"\nacts.pressure_extensor_kpa = \"pe + c * z\"",
+                &["v"],
+            )
+        },
+        law(
+            "supply_sag",
+            &[("kpa_n", 0.02)],
+            "parameters.c = { range = [-1, 1], absent = 0, start = [0.01] }\nacts.pressure_flexor_kpa = \"pf - c * abs(force)\"",
+            &["force"],
+        ),
+        law(
+            "hall_position",
+            &[("per_mm2", 0.04)],
+            "parameters.a = { range = [-1, 1], absent = 0, start = [0.02] }\nacts.position_mm = \"x - a * x^3\"",
+            &["x"],
+        ),
+    ];
+    all.iter_mut().for_each(|law| law.psi = OUTSIDE_CONDITIONS);
+    all
+}
+
 /// Gauge pressures of the recordings, psi.
 const CONDITIONS: [[f64; 2]; 3] = [[40.0, 40.0], [70.0, 45.0], [35.0, 60.0]];
 /// Those with laws that were written after the search.
@@ -392,6 +475,8 @@ const OTHER_CONDITIONS: [[f64; 2]; 3] = [[45.0, 30.0], [50.0, 70.0], [65.0, 60.0
 const FRESH_CONDITIONS: [[f64; 2]; 3] = [[55.0, 35.0], [40.0, 60.0], [70.0, 50.0]];
 /// Those with laws that were written after the last change of the library.
 const LAST_CONDITIONS: [[f64; 2]; 3] = [[60.0, 45.0], [35.0, 50.0], [50.0, 65.0]];
+/// Those with laws that were written without knowledge of the search.
+const OUTSIDE_CONDITIONS: [[f64; 2]; 3] = [[65.0, 40.0], [40.0, 55.0], [60.0, 70.0]];
 /// Length of a recording of the study, s.
 pub const LENGTH_S: f64 = 20.0;
 /// Length of one of the published protocol, s.

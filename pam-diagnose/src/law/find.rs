@@ -310,7 +310,8 @@ impl Screen {
         about: &About,
     ) -> Result<Self, DiagnoseError> {
         let families = learned.families(space.places());
-        let library = library(&families, space.variables(), space.places());
+        let mut library = library(&families, space.variables(), space.places());
+        library.extend(learned.waves(space));
         let mut definitions = learned.definitions(space);
         let first = ground.listed + definitions.len();
         definitions.extend(blocks(space, &library));

@@ -6,6 +6,9 @@ use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, r
 const THRESHOLDS: [f64; 3] = [0.2, 0.45, 0.7];
 const WIDTHS: [f64; 3] = [0.05, 0.2, 0.6];
 const DECAYS: [f64; 2] = [0.1, 0.4];
+const BELLS: [f64; 2] = [0.15, 0.5];
+/// Thresholds of gauge pressures, relative to their typical size: what only acts above a pressure.
+const PRESSURE_THRESHOLDS: [f64; 3] = [0.6, 0.85, 1.1];
 /// A scale at which a stiffening is a cube, and one at which it is nearly an exponential function.
 const STIFFENINGS: [f64; 2] = [0.8, 0.3];
 /// Time constants, s.
@@ -30,7 +33,7 @@ pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Plac
 }
 
 /// Functions of a variable that moves; the last two only of one whose direction matters.
-static OF_MOTION: [Function; 13] = [
+static OF_MOTION: [Function; 14] = [
     Function::Linear,
     Function::Absolute,
     Function::Square,
@@ -42,27 +45,31 @@ static OF_MOTION: [Function; 13] = [
     Function::Below,
     Function::Outside,
     Function::Stiffening,
+    Function::Peaked,
     Function::Saturated,
     Function::Decaying,
 ];
 
 /// The functions of a variable or of its low-pass, at their scales.
 pub(crate) fn functions(kind: VariableKind) -> &'static [Function] {
-    use Function::{Linear, SignedSquare, Square};
+    use Function::{Above, Linear, SignedSquare, Square};
     match kind {
         VariableKind::Moving => &OF_MOTION[..OF_MOTION.len() - 2],
         VariableKind::Turning => &OF_MOTION,
-        VariableKind::Slow | VariableKind::Combined => &[Linear, Square, SignedSquare],
+        VariableKind::Slow => &[Linear, Square, SignedSquare],
+        VariableKind::Combined => &[Linear, Square, SignedSquare, Above],
     }
 }
 
 /// A function at each of its scales.
-pub(crate) fn at_scales(factor: Factor, size: f64) -> Vec<Factor> {
+pub(crate) fn at_scales(factor: Factor, kind: VariableKind, size: f64) -> Vec<Factor> {
     let scales: &[f64] = match factor.function {
+        Function::Above if kind == VariableKind::Combined => &PRESSURE_THRESHOLDS,
         Function::Above | Function::Below | Function::Outside => &THRESHOLDS,
         Function::Stiffening => &STIFFENINGS,
         Function::Saturated => &WIDTHS,
         Function::Decaying => &DECAYS,
+        Function::Peaked => &BELLS,
         _ => &[1.0],
     };
     scales.iter().map(|s| Factor { scale: s * size, ..factor }).collect()
@@ -88,20 +95,22 @@ pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place])
 
 fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
     let Variable { kind, size, .. } = variables[variable];
-    let of = |f: &Function| at_scales(Factor::of(variable, *f, 1.0), size);
+    let of = |f: &Function| at_scales(Factor::of(variable, *f, 1.0), kind, size);
     functions(kind).iter().flat_map(of).collect()
 }
 
 /// Factors that stand beside another one.
 fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
-    use Function::{Absolute, Linear, Outside, Positive, Saturated, Square};
+    use Function::{Absolute, Linear, Outside, Peaked, Positive, Saturated, Square};
     let plain = |f| Factor::of(variable, f, 1.0);
     let Variable { kind, size, .. } = variables[variable];
     match kind {
         VariableKind::Slow | VariableKind::Combined => vec![plain(Linear)],
         VariableKind::Moving => {
             let outside = Factor::of(variable, Outside, THRESHOLDS[1] * size);
-            [Linear, Absolute, Square, Positive].map(plain).into_iter().chain([outside]).collect()
+            let bell = Factor::of(variable, Peaked, BELLS[1] * size);
+            let plain = [Linear, Absolute, Square, Positive].map(plain).into_iter();
+            plain.chain([outside, bell]).collect()
         }
         VariableKind::Turning => {
             let turned = Factor::of(variable, Saturated, WIDTHS[0] * size);
@@ -182,9 +191,8 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             }
         }
     }
-    if place.rich {
-        let pressures: Vec<Factor> = slow.iter().map(|&s| Factor::of(s, Linear, 1.0)).collect();
-        all.extend(repeating(place, variables, &SLIPS, &pressures));
-    }
+    let as_large_as = slow.iter().filter(|_| place.rich);
+    let pressures: Vec<Factor> = as_large_as.map(|&s| Factor::of(s, Linear, 1.0)).collect();
+    all.extend(repeating(place, variables, &SLIPS, &pressures));
     all
 }

@@ -32,6 +32,26 @@ pub(crate) fn remembering(family: usize, variables: &[Variable], places: &[Place
         .collect()
 }
 
+/// Sines and cosines of the time with some periods, for every place of a family that can remember.
+pub(crate) fn waves(
+    family: usize,
+    variables: &[Variable],
+    places: &[Place],
+    periods_s: &[f64],
+) -> Vec<Term> {
+    let mut all = Vec::new();
+    for k in of_family(family, places).filter(|k| places[*k].remembers) {
+        for &time in places[k].variables.iter().filter(|v| variables[**v].is_time()) {
+            for &period in periods_s {
+                let factors =
+                    [Function::Sine, Function::Cosine].map(|f| Factor::of(time, f, period));
+                all.extend(factors.map(|f| Term::new(k, vec![f], variables, places)));
+            }
+        }
+    }
+    all
+}
+
 /// The places of a family at which a smooth term can act.
 fn of_family(family: usize, places: &[Place]) -> impl Iterator<Item = usize> {
     let is_dry = |k: usize| places.iter().any(|p| p.dry.is_some_and(|(dry, _)| dry == k));
@@ -102,14 +122,11 @@ fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             }
         }
     }
-    if !place.rich {
-        return all;
-    }
-    // Where the motion turned, and what repeats along it: alone, and as large as the pressures are.
+    // Where the motion turned, and what repeats along it: alone, and for a force as large as the pressures are.
     let pressures: Vec<Factor> = place
         .variables
         .iter()
-        .filter(|k| variables[**k].is_pressure())
+        .filter(|k| place.rich && variables[**k].is_pressure())
         .map(|&k| plain(k, Function::Linear))
         .collect();
     all.extend(repeating(place, variables, &SLIPS, &pressures));

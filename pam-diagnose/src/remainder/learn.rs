@@ -1,11 +1,12 @@
 //! The fit of a smooth correction.
 
-use super::basis::{remembering, smooth};
+use super::basis::{remembering, smooth, waves};
 use super::ground::{Drop, Ground, drop_by_blocks};
+use super::lines::periods_s;
 use crate::error::DiagnoseError;
 use crate::fit::{ChannelErrors, Hypothesis, Member};
 use crate::law::{Data, Design, Scores};
-use crate::terms::{Definition, Place, Term, TermSpace};
+use crate::terms::{Definition, Place, Term, TermSpace, Variable};
 use pam_core::parallel;
 use std::sync::{Mutex, PoisonError};
 
@@ -72,6 +73,37 @@ impl Learned {
         let (drop, probability) = (&self.drop, settings.learned_probability);
         drop.share > settings.learned_share
             && (drop.p_value < probability || self.evidence > EVIDENCE)
+    }
+
+    /// The periods of what it repeats in time, s.
+    fn periods_s(&self, variables: &[Variable]) -> Vec<f64> {
+        let waves = self.terms.iter().flatten().filter(|t| t.repeats_in_time(variables));
+        let mut all: Vec<f64> = waves.flat_map(|t| t.factors.iter().map(|f| f.scale)).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    }
+
+    /// The waves of its periods at its places.
+    pub(crate) fn waves(&self, space: &dyn TermSpace) -> Vec<Term> {
+        let (variables, places) = (space.variables(), space.places());
+        let periods_s = self.periods_s(variables);
+        let of = |family: usize| waves(family, variables, places, &periods_s);
+        self.families(places).into_iter().flat_map(of).collect()
+    }
+
+    /// The strongest periods of what it leaves of the training rows, s; none where it cannot be simulated.
+    fn periods_left_s(
+        &self,
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+    ) -> Result<Vec<f64>, DiagnoseError> {
+        space.with(&self.definitions(space), |system| {
+            let Some(rows) = ground.rows(system, &ground.start(system)) else {
+                return Ok(Vec::new());
+            };
+            periods_s(&rows.choosing.train, &self.hypothesis)
+        })
     }
 
     /// Whether next to nothing but noise is left.
@@ -239,10 +271,11 @@ pub(crate) fn learn(
         .collect();
     let mut family = family;
     for (own, start) in starts {
-        let more = remembering(own, variables, places);
+        let mut more = remembering(own, variables, places);
         if more.is_empty() || start.is_enough(ground) {
             continue;
         }
+        more.extend(waves(own, variables, places, &start.periods_left_s(space, ground)?));
         let found = grown(space, before, start, more)?;
         if (!found.is_learned(ground), found.validation)
             < (!best.is_learned(ground), best.validation)
@@ -357,7 +390,8 @@ pub(crate) fn learn_again(
     };
     let mut found = sparse(space, before, dense)?;
     for &family in &families {
-        let more = remembering(family, variables, places);
+        let mut more = remembering(family, variables, places);
+        more.extend(waves(family, variables, places, &known.periods_s(variables)));
         let held = known.terms.iter().flatten().any(|t| more.contains(t));
         if held {
             found = grown(space, before, found, more)?;

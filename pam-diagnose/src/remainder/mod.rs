@@ -13,6 +13,7 @@ mod basis;
 mod dependence;
 mod ground;
 mod learn;
+mod lines;
 mod result;
 
 pub(crate) use dependence::dependence;

@@ -1,7 +1,7 @@
 //! Terms as something that a system can simulate and fit.
 
 use super::space::{Place, Variable};
-use super::term::{Lag, Term};
+use super::term::{Factor, Lag, Term};
 use pam_vocabulary::ParameterInfo;
 
 /// A fitted number of a definition.
@@ -69,7 +69,7 @@ impl Definition {
         let mut parameters = Vec::new();
         for (k, term) in terms.iter().enumerate() {
             let name = format!("c{}", k + 1);
-            let product = writer.product(term, &mut |_, value| written(value));
+            let product = writer.product(term, &mut |_, _, value| written(value));
             let size = written(term.coefficient);
             let text = if product.is_empty() { size } else { format!("{size} * {product}") };
             writer.add(term.place, &format!("{name} * {text}"));
@@ -96,6 +96,7 @@ impl Definition {
     ) -> Self {
         let mut writer = Writer { variables, places, memory: Vec::new(), sums: Vec::new() };
         let mut parameters: Vec<TermParameter> = Vec::new();
+        let mut waves: Vec<(Factor, String)> = Vec::new();
         for (k, term) in terms.iter().enumerate() {
             let suffix = term.unit(variables, places).suffix();
             let name = format!("c{}{suffix}", k + 1);
@@ -110,7 +111,11 @@ impl Definition {
                 start: term.coefficient,
                 deviation: f64::INFINITY,
             });
-            let mut scales = |kind: Number, value: f64| {
+            let mut scales = |f: &Factor, kind: Number, value: f64| {
+                let twin = waves.iter().find(|(of, _)| kind != Number::Time && f.is_twin_of(of));
+                if let Some((_, name)) = twin {
+                    return name.clone();
+                }
                 let unit = match kind {
                     Number::Scale(unit) => unit,
                     Number::Time => super::unit::Unit::S,
@@ -126,6 +131,7 @@ impl Definition {
                     start: value,
                     deviation: f64::INFINITY,
                 });
+                waves.push((*f, name.clone()));
                 name
             };
             let product = writer.product(term, &mut scales);
@@ -198,16 +204,20 @@ impl Definition {
         let mut rest = values.iter().copied();
         let mut next = |old: f64| rest.next().unwrap_or(old);
         let mut fitted = Vec::with_capacity(terms.len());
+        let mut waves: Vec<(Factor, f64)> = Vec::new();
         // In the order in which `law` names them.
         for term in terms {
             let mut term = term.clone();
             term.coefficient = next(term.coefficient);
             for f in &mut term.factors {
+                let old = *f;
                 if let Some(lag) = &mut f.lag {
                     *lag = lag.with_number(next(lag.number()));
                 }
                 if f.function.has_scale() {
-                    f.scale = next(f.scale);
+                    let twin = waves.iter().find(|(of, _)| old.is_twin_of(of));
+                    f.scale = twin.map_or_else(|| next(f.scale), |twin| twin.1);
+                    waves.push((old, f.scale));
                 }
             }
             fitted.push(term);
@@ -236,7 +246,11 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     /// The product of the factors of a term, its numbers as `number` writes them.
-    fn product(&mut self, term: &Term, number: &mut dyn FnMut(Number, f64) -> String) -> String {
+    fn product(
+        &mut self,
+        term: &Term,
+        number: &mut dyn FnMut(&Factor, Number, f64) -> String,
+    ) -> String {
         let mut parts = Vec::new();
         for f in &term.factors {
             let variable = &self.variables[f.variable];
@@ -247,12 +261,12 @@ impl Writer<'_> {
                         Lag::LowPass { .. } => Number::Time,
                         Lag::Slip { .. } => Number::Scale(variable.unit),
                     };
-                    let number = number(unit, lag.number());
+                    let number = number(f, unit, lag.number());
                     self.remembered(variable, lag, &number)
                 }
             };
             let scale = if f.function.has_scale() {
-                number(Number::Scale(f.argument_unit(self.variables)), f.scale)
+                number(f, Number::Scale(f.argument_unit(self.variables)), f.scale)
             } else {
                 String::new()
             };
@@ -288,9 +302,11 @@ impl Writer<'_> {
     }
 
     fn add(&mut self, place: usize, text: &str) {
+        // A quotient reads better than a product with one.
+        let text = text.replace(" * 1 / ", " / ");
         match self.sums.iter_mut().find(|s| s.0 == place) {
             Some((_, sum)) => *sum += &format!(" + {text}"),
-            None => self.sums.push((place, text.to_owned())),
+            None => self.sums.push((place, text)),
         }
     }
 

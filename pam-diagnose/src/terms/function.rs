@@ -29,6 +29,8 @@ pub enum Function {
     Saturated,
     /// `exp(−|u|/w)`.
     Decaying,
+    /// `1/(1 + (u/w)²)`: a bell.
+    Peaked,
     /// `sin(2π u/w)`.
     Sine,
     /// `cos(2π u/w)`.
@@ -37,7 +39,7 @@ pub enum Function {
 
 impl Function {
     /// All of them.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Linear,
         Self::Absolute,
         Self::Square,
@@ -51,9 +53,16 @@ impl Function {
         Self::Stiffening,
         Self::Saturated,
         Self::Decaying,
+        Self::Peaked,
         Self::Sine,
         Self::Cosine,
     ];
+
+    /// Whether it is a sine or a cosine.
+    #[must_use]
+    pub fn is_wave(self) -> bool {
+        matches!(self, Self::Sine | Self::Cosine)
+    }
 
     /// Whether it has a scale.
     #[must_use]
@@ -66,6 +75,7 @@ impl Function {
                 | Self::Stiffening
                 | Self::Saturated
                 | Self::Decaying
+                | Self::Peaked
                 | Self::Sine
                 | Self::Cosine
         )
@@ -84,7 +94,12 @@ impl Function {
             | Self::Outside => 1,
             Self::Square | Self::SignedSquare => 2,
             Self::Cube => 3,
-            Self::Stiffening | Self::Saturated | Self::Decaying | Self::Sine | Self::Cosine => 0,
+            Self::Stiffening
+            | Self::Saturated
+            | Self::Decaying
+            | Self::Peaked
+            | Self::Sine
+            | Self::Cosine => 0,
         }
     }
 
@@ -105,6 +120,7 @@ impl Function {
             Self::Stiffening => (u / scale).sinh() - u / scale,
             Self::Saturated => (u / scale).tanh(),
             Self::Decaying => (-u.abs() / scale).exp(),
+            Self::Peaked => (1.0 + (u / scale).powi(2)).recip(),
             Self::Sine => (std::f64::consts::TAU * u / scale).sin(),
             Self::Cosine => (std::f64::consts::TAU * u / scale).cos(),
         }
@@ -127,6 +143,7 @@ impl Function {
             Self::Stiffening => format!("(sinh({u} / {scale}) - {u} / {scale})"),
             Self::Saturated => format!("tanh({u} / {scale})"),
             Self::Decaying => format!("exp(-abs({u}) / {scale})"),
+            Self::Peaked => format!("1 / (1 + ({u} / {scale})^2)"),
             Self::Sine => format!("sin(2 * pi * {u} / {scale})"),
             Self::Cosine => format!("cos(2 * pi * {u} / {scale})"),
         }
@@ -144,7 +161,8 @@ impl Function {
             | Self::Below
             | Self::Outside
             | Self::Stiffening
-            | Self::Decaying => 3.0,
+            | Self::Decaying
+            | Self::Peaked => 3.0,
             Self::Sine | Self::Cosine => 3.5,
         }
     }

@@ -39,6 +39,12 @@ impl Variable {
     pub fn is_pressure(&self) -> bool {
         self.kind == VariableKind::Slow && self.group == "pressures"
     }
+
+    /// Whether it is the time.
+    #[must_use]
+    pub fn is_time(&self) -> bool {
+        self.unit == Unit::S
+    }
 }
 
 /// How terms depend on a variable.

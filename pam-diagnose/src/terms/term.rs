@@ -104,7 +104,11 @@ impl Factor {
             Function::Above | Function::Below | Function::Outside => {
                 (size - self.scale).max(0.1 * size)
             }
-            Function::Saturated | Function::Decaying | Function::Sine | Function::Cosine => 1.0,
+            Function::Saturated
+            | Function::Decaying
+            | Function::Peaked
+            | Function::Sine
+            | Function::Cosine => 1.0,
             Function::Negative => size,
             plain => plain.value(size, 1.0),
         }
@@ -119,6 +123,16 @@ impl Factor {
                 (Some(own), Some(lag)) => own.is_like(lag),
                 (own, lag) => own.is_none() && lag.is_none(),
             }
+    }
+
+    /// Whether it is the sine or the cosine beside another one of the same period, which is one number of a law.
+    #[must_use]
+    pub fn is_twin_of(&self, other: &Self) -> bool {
+        let waves = self.function.is_wave() && other.function.is_wave();
+        waves
+            && self.variable == other.variable
+            && self.lag == other.lag
+            && self.scale == other.scale
     }
 
     fn description_length(&self, variables: &[Variable]) -> f64 {
@@ -185,6 +199,13 @@ impl Term {
     #[must_use]
     pub fn remembers(&self) -> bool {
         self.factors.iter().any(|f| f.lag.is_some())
+    }
+
+    /// Whether it is a sine or a cosine of the time.
+    #[must_use]
+    pub fn repeats_in_time(&self, variables: &[Variable]) -> bool {
+        let is_wave = |f: &Factor| f.function.is_wave() && variables[f.variable].is_time();
+        matches!(self.factors.as_slice(), [one] if is_wave(one))
     }
 
     /// Indices of its variables, in ascending order.

@@ -86,6 +86,26 @@ pub(super) struct Laws {
     creeping_spring: [f64; 2],
     /// The reading of P_e has `c x²`: kPa/mm².
     strained_pressure: f64,
+    /// `a sin(2π f t + φ)` from the beginning of the excitation on: mN, Hz, rad.
+    fan: [f64; 3],
+    /// `−k (P_f − P_e) x`: mN/(mm kPa).
+    difference_spring: f64,
+    /// `−c max(−x, 0) v`: mN s/mm².
+    stretched_damping: f64,
+    /// `−c x F` for the force F of the motor: 1/mm.
+    moment_arm: f64,
+    /// `−c z F` with `ż = (F² − z)/τ` for the force F of the motor: 1/N², s.
+    motor_heating: [f64; 2],
+    /// Dry friction `c (P_f − P_atm) |x|`: mN/(mm kPa).
+    braid_friction: f64,
+    /// Air out of the extensor `c (P_e − P_atm) max(x, 0)`: g/(s mm kPa).
+    stretch_leak: f64,
+    /// P_f has `−c z` and P_e has `c z` with `ż = v − z/τ`: kPa/mm, s.
+    heated_air: [f64; 2],
+    /// The reading of P_f has `−c |F|` for the force F of the motor: kPa/mN.
+    supply_sag: f64,
+    /// The reading of x has `−a x³`: 1/mm².
+    hall_position: f64,
 }
 
 /// What the laws remember.
@@ -109,6 +129,10 @@ pub(super) struct Kept {
     lasting_mn: f64,
     /// Low-passed signed square of the displacement, mm².
     crept_mm2: f64,
+    /// Low-passed square of the force of the motor, N².
+    motor_heat_n2: f64,
+    /// High-passed displacement, by which air is compressed faster than its heat leaves, mm.
+    compressed_mm: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -173,6 +197,19 @@ impl Laws {
             "lasting_friction" => self.lasting_friction = [v("share"), v("time_s")],
             "creeping_spring" => self.creeping_spring = [1e3 * v("n_mm2"), v("time_s")],
             "strained_pressure" => self.strained_pressure += v("kpa_mm2"),
+            "fan_disturbance" => {
+                self.fan = [1e3 * v("force_n"), v("frequency_hz"), v("phase_rad")];
+            }
+            "difference_spring" => self.difference_spring += 1e3 * v("n_mm_kpa"),
+            "stretched_damping" => self.stretched_damping += 1e3 * v("n_s_mm2"),
+            "moment_arm" => self.moment_arm += v("per_mm"),
+            // `time_s` would be taken for the time from which the law acts.
+            "motor_heating" => self.motor_heating = [v("per_n2"), v("tau_s")],
+            "braid_friction" => self.braid_friction += 1e3 * v("n_mm_kpa"),
+            "stretch_leak" => self.stretch_leak += v("g_s_mm_kpa"),
+            "heated_air" => self.heated_air = [v("kpa_mm"), v("tau_s")],
+            "supply_sag" => self.supply_sag += 1e-3 * v("kpa_n"),
+            "hall_position" => self.hall_position += v("per_mm2"),
             _ => return false,
         }
         true
@@ -204,7 +241,15 @@ impl Laws {
             - self.worked_spring[0] * kept.work * x
             - self.loaded_damping[0] * kept.load_mn * v
             - self.pressure_bow * gauge[0] * x * x
-            - self.creeping_spring[0] * kept.crept_mm2;
+            - self.creeping_spring[0] * kept.crept_mm2
+            - self.difference_spring * (gauge[0] - gauge[1]) * x
+            - self.stretched_damping * (-x).max(0.0) * v
+            - self.moment_arm * x * motor_mn
+            - self.motor_heating[0] * kept.motor_heat_n2 * motor_mn;
+        if t >= 0.0 {
+            let [force, frequency, phase] = self.fan;
+            total += force * (TAU * frequency * t + phase).sin();
+        }
         if let [damping, width] = self.central_damping
             && damping != 0.0
         {
@@ -242,6 +287,7 @@ impl Laws {
             + self.extensor_friction * gauge[1]
             + self.running_friction[0] * kept.speed
             + self.lasting_friction[0] * kept.lasting_mn
+            + self.braid_friction * gauge[0] * now.x.abs()
     }
 
     /// The memory states after `dt` s at constant displacement, velocity and force.
@@ -251,6 +297,7 @@ impl Laws {
         };
         let [_, slip] = self.pressure_hysteresis;
         let [_, series_s] = self.pressure_relaxation;
+        let [_, heat_s] = self.heated_air;
         Kept {
             path_mn: low_passed(kept.path_mn, motor_mn, self.second_path[1]),
             heat: low_passed(kept.heat, v * v, self.warming[1]),
@@ -261,6 +308,12 @@ impl Laws {
             load_mn: low_passed(kept.load_mn, motor_mn.abs(), self.loaded_damping[1]),
             lasting_mn: low_passed(kept.lasting_mn, motor_mn.abs(), self.lasting_friction[1]),
             crept_mm2: low_passed(kept.crept_mm2, x * x.abs(), self.creeping_spring[1]),
+            motor_heat_n2: low_passed(
+                kept.motor_heat_n2,
+                (1e-3 * motor_mn).powi(2),
+                self.motor_heating[1],
+            ),
+            compressed_mm: low_passed(kept.compressed_mm, heat_s * v, heat_s),
         }
     }
 
@@ -271,19 +324,27 @@ impl Laws {
         let over = kpa[0] - kpa[1];
         let passed = self.turbulent_crosstalk * over * over.abs()
             + self.opening_crosstalk * over * x.max(0.0);
-        [-lost - passed, passed]
+        let lost_by_extensor = self.stretch_leak * (kpa[1] - ATMOSPHERE_KPA) * x.max(0.0);
+        [-lost - passed, passed - lost_by_extensor]
     }
 
-    /// Readings of the pressures for true ones, kPa, at a displacement, mm.
-    pub(super) fn readings(&self, kpa: [f64; 2], x: f64) -> [f64; 2] {
+    /// What the pressures have beyond those of the gas law, kPa.
+    pub(super) fn heated_kpa(&self, kept: Kept) -> [f64; 2] {
+        let more = self.heated_air[0] * kept.compressed_mm;
+        [-more, more]
+    }
+
+    /// Readings of the pressures for true ones, kPa, at a displacement, mm, and a force of the motor, mN.
+    pub(super) fn readings(&self, kpa: [f64; 2], x: f64, motor_mn: f64) -> [f64; 2] {
         [
-            kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2),
+            kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2)
+                - self.supply_sag * motor_mn.abs(),
             kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x,
         ]
     }
 
     /// Reading of the displacement for the true one, mm.
     pub(super) fn reading_mm(&self, x: f64) -> f64 {
-        x + self.bent_position * x * x
+        x + self.bent_position * x * x - self.hall_position * x.powi(3)
     }
 }

@@ -35,7 +35,7 @@ pub(super) struct Joint {
     /// Volumes at which the valves closed, mm³: an exponent other than one acts from there.
     sealed_mm3: [f64; 2],
     /// Force of the motor, mN.
-    motor_mn: f64,
+    pub motor_mn: f64,
     /// Displacement of the damper of a creep element, mm.
     damper_mm: f64,
     /// Stretch of the elements of a loop, −1 to 1.
@@ -95,13 +95,15 @@ impl Joint {
 
     fn pressures(&self, acting: &Acting) -> [f64; 2] {
         let volumes = self.volumes(self.x, acting);
+        let heated = acting.laws.heated_kpa(self.kept);
         [0, 1].map(|i| {
             let isothermal = self.gas_coefficient * self.masses_g[i] / volumes[i];
-            if acting.exponent == 1.0 {
+            let by_gas_law = if acting.exponent == 1.0 {
                 isothermal
             } else {
                 isothermal * (self.sealed_mm3[i] / volumes[i]).powf(acting.exponent - 1.0)
-            }
+            };
+            by_gas_law + heated[i]
         })
     }
 

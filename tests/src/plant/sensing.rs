@@ -42,6 +42,8 @@ pub(super) struct Chain {
     lagged: [f64; 3],
     delays: [Delay; 3],
     frozen_mm: f64,
+    /// Force of the motor, which some sensors feel, mN.
+    motor_mn: f64,
 }
 
 impl Chain {
@@ -57,6 +59,7 @@ impl Chain {
             lagged: input,
             delays: input.map(|value| Delay::new(steps, value)),
             frozen_mm: joint.x,
+            motor_mn: joint.motor_mn,
         };
         chain.frozen_mm = chain.displacement(acting);
         chain
@@ -64,6 +67,7 @@ impl Chain {
 
     /// Follows the joint through a step.
     pub(super) fn step(&mut self, joint: &Joint, acting: &Acting, dt: f64) {
+        self.motor_mn = joint.motor_mn;
         let half = acting.half_gap_mm;
         self.shown_mm = self.shown_mm.clamp(joint.x - half, joint.x + half);
         let input = [self.shown_mm, joint.pressures_kpa[0], joint.pressures_kpa[1]];
@@ -100,7 +104,7 @@ impl Chain {
         self.frozen_mm = x;
         let steps = acting.pressure_delay_s / self.dt;
         let kpa = [0, 1].map(|i| self.delays[i + 1].ago(steps));
-        let shown = acting.laws.readings(kpa, self.delays[0].ago(0.0));
+        let shown = acting.laws.readings(kpa, self.delays[0].ago(0.0), self.motor_mn);
         let [flexor, extensor] = [0, 1].map(|i| {
             let p = shown[i];
             p + acting.pressure_gain[i] * (p - ATMOSPHERE_KPA) + acting.pressure_bias_kpa[i]
