@@ -544,6 +544,9 @@ pub struct LawOutcome {
     pub right: bool,
     /// Groups of variables on which the correction depends, with the ratio of the errors without them and with them.
     pub depends_on: Vec<(String, f64)>,
+    /// Laws that were fitted, with the causes beside them, the number of their parameters and their log odds to the first one.
+    #[serde(default)]
+    pub ranking: Vec<(String, usize, f64)>,
     /// Share of the error of the test set that the law removes, and that the hidden law itself removes when it is fitted.
     pub reduction: Option<[f64; 2]>,
     /// CPU time of the diagnosis, and of the remainder, s.
@@ -610,6 +613,7 @@ fn run(
         remembers: false,
         right: false,
         depends_on: Vec::new(),
+        ranking: Vec::new(),
         reduction: None,
         cpu_s: [0.0; 2],
         wall_s: 0.0,
@@ -655,6 +659,11 @@ fn run(
         depends_on: remainder.correction.as_ref().map_or_else(Vec::new, |c| {
             c.depends_on.iter().map(|d| (d.on.clone(), d.error_ratio)).collect()
         }),
+        ranking: remainder
+            .ranking
+            .iter()
+            .map(|r| (format!("{} beside {:?}", r.expression, r.beside), r.parameters, r.log_odds))
+            .collect(),
         variables,
         remembers: law.is_some_and(|l| l.remembers),
         cpu_s,

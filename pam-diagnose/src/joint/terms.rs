@@ -276,7 +276,7 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
 
 fn places(scales: &DataScales, air_g: f64) -> Vec<Place> {
     let motion = vec![X, V, FORCE, SUM, DIFFERENCE, FLEXOR, EXTENSOR, TIME];
-    let sensed = vec![X, V, SUM, DIFFERENCE, FLEXOR, EXTENSOR, TIME];
+    let sensed = vec![X, V, FORCE, SUM, DIFFERENCE, FLEXOR, EXTENSOR, TIME];
     let place = |id: &str,
                  name: &str,
                  unit: Unit,

@@ -4,6 +4,7 @@ use super::data::Data;
 use super::design::Design;
 use super::find::{About, Renewed, Rest, UNCONFIRMED, diverges};
 use super::picture::Along;
+use super::prune::pruned;
 use super::refine::{Tried, dry_variant, preferred};
 use super::result::{Law, RankedLaw, Replaced};
 use super::written::{acts, header, largest, variable_names, written};
@@ -96,6 +97,7 @@ pub(super) fn concluded(
 ) -> Result<Rest, DiagnoseError> {
     let (space, ground) = data.whole;
     let law = allowed(space, ground, tried)?;
+    let law = law.map(|law| pruned(space, ground, about, law)).transpose()?;
     let Some(l) = law.as_ref().filter(|l| l.named.len() < ground.named.len()) else {
         return ended(space, ground, learned, about, tried, law.as_ref());
     };

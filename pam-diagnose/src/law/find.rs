@@ -339,6 +339,15 @@ fn search(
     let rpo = about.rows_per_observation;
     let mut known = proposals(space, ground, &screen.sums, &[]);
     let mut tried = refine(space, ground, &known, rpo)?;
+    // A product with a further factor takes no number, and neither the correction nor the noise beside it need know of it.
+    if let Some(one) = tried.iter().find(|t| t.terms.len() == 1) {
+        let products = extensions(&one.terms, space.variables(), space.places());
+        let sums: Vec<Vec<Term>> = products.into_iter().map(|t| vec![t]).collect();
+        let more = proposals(space, ground, &sums, &known);
+        tried.extend(refine(space, ground, &more, rpo)?);
+        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
+        known.extend(more);
+    }
     for round in 0..settings.rounds {
         done(round as f64 / settings.rounds as f64);
         let Some(best) = preferred(&tried, ground) else { break };

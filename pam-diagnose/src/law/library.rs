@@ -75,7 +75,7 @@ pub(crate) fn at_scales(factor: Factor, kind: VariableKind, size: f64) -> Vec<Fa
     scales.iter().map(|s| Factor { scale: s * size, ..factor }).collect()
 }
 
-/// Products of the terms of a law with one factor more.
+/// Products of the terms of a law with one factor more, about as large as these are.
 pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place]) -> Vec<Term> {
     let mut all: Vec<Term> = Vec::new();
     for term in law.iter().filter(|t| t.factors.len() < MOST_FACTORS) {
@@ -86,7 +86,10 @@ pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place])
             for more in companions(k, variables) {
                 let mut factors = term.factors.clone();
                 factors.push(more);
-                all.push(Term::new(term.place, factors, variables, places));
+                let mut product = Term::new(term.place, factors, variables, places);
+                product.coefficient =
+                    term.coefficient * term.size(variables) / product.size(variables);
+                all.push(product);
             }
         }
     }
@@ -168,7 +171,7 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
         .filter(|k| variables[*k].kind == VariableKind::Moving)
         .collect();
     for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {
-        for of in [Linear, Absolute, Square] {
+        for of in [Linear, Absolute, Square, SignedSquare] {
             for time_s in LAGS_S {
                 let lagged =
                     Factor { lag: Some(Lag::LowPass { of, time_s }), ..Factor::of(k, Linear, 1.0) };
@@ -185,7 +188,7 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
                     all.extend([vec![lagged, Factor::of(v, Linear, 1.0)], vec![lagged, turned]]);
                 }
                 // How hard something was driven softens or stiffens it: a size that is remembered, times where it is.
-                if place.rich && of != Linear {
+                if place.rich && matches!(of, Absolute | Square) {
                     all.extend(moving.iter().map(|&x| vec![lagged, Factor::of(x, Linear, 1.0)]));
                 }
             }

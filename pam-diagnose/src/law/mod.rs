@@ -19,6 +19,7 @@ mod design;
 mod find;
 mod library;
 mod picture;
+mod prune;
 mod refine;
 mod result;
 mod screen;

@@ -4,7 +4,7 @@ use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Member};
 use crate::remainder::Ground;
 use crate::search::Scored;
-use crate::terms::{Definition, Factor, Function, Term, TermSpace};
+use crate::terms::{Definition, Factor, Function, Term, TermParameter, TermSpace};
 use pam_core::parallel;
 
 /// Terms to be fitted, beside some of the named causes.
@@ -41,7 +41,12 @@ impl Tried {
     /// Whether it has some of another law's terms, and all others of that one carry next to nothing of what it removes.
     fn does_without(&self, longer: &Self, least: f64) -> bool {
         let is_held = |t: &Term| longer.terms.iter().any(|u| u.is_like(t));
-        self.terms.len() < longer.terms.len()
+        // A sine and a cosine of one period are one wave.
+        let factors = || longer.terms.iter().flat_map(|t| &t.factors);
+        let is_wave =
+            |t: &Term| t.factors.iter().any(|f| factors().any(|g| g.is_other_phase_of(f)));
+        longer.terms.iter().all(|t| self.terms.iter().any(|u| u.is_like(t)) || !is_wave(t))
+            && self.terms.len() < longer.terms.len()
             && self.named.len() == longer.named.len()
             && self.terms.iter().all(is_held)
             && longer.removed - self.removed < least * longer.removed
@@ -52,6 +57,9 @@ impl Tried {
 const SAME_SCALE: f64 = 2.0;
 /// Laws that are followed after the first iteration, and how many more they get at once; the last of them get the rest.
 const FOLLOWED: [[usize; 2]; 2] = [[28, 1], [14, 3]];
+/// Shares of the coefficients of the screening from which a fit starts: the first one that leaves less than no law does. To first
+/// order, a law may seem much stronger than it is.
+const START_SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 /// Laws that are fitted to the end.
 const FITTED: usize = 6;
 
@@ -144,9 +152,21 @@ pub(crate) fn refine(
         rows.set_rows_per_observation(rows_per_observation);
         let train = &rows.choosing.train;
         let start = |k: usize| {
-            let values: Vec<f64> = definitions[k].parameters.iter().map(|p| p.start).collect();
             let base = Hypothesis { members: proposals[k].named.clone(), ..train.base() };
-            train.fit(base.with(ground.listed + k, &values), 1).ok().map(|fit| (k, fit))
+            let at = |share: f64| {
+                let value = |p: &TermParameter| match p.absent {
+                    Some(absent) => absent + share * (p.start - absent),
+                    None => p.start,
+                };
+                let values: Vec<f64> = definitions[k].parameters.iter().map(value).collect();
+                base.with(ground.listed + k, &values)
+            };
+            let cost = |h: &Hypothesis| Some(train.cost(h, &train.errors(h).ok()?));
+            let without = cost(&base)?;
+            let helps = |h: &Hypothesis| cost(h).is_some_and(|cost| cost < without);
+            let starts = || START_SHARES.into_iter().map(at);
+            let start = starts().find(helps).or_else(|| starts().last())?;
+            train.fit(start, 1).ok().map(|fit| (k, fit))
         };
         let mut going: Vec<(usize, Fit)> =
             parallel::map(proposals.len(), start).into_iter().flatten().collect();

@@ -160,7 +160,7 @@ const MOST_TERMS: usize = 14;
 /// Families whose correction is cut down before one of them is chosen.
 const CUT_DOWN: usize = 2;
 /// Most further terms that one effect holds.
-const BLOCK: usize = 40;
+const BLOCK: usize = 24;
 /// Sums that are followed while it is.
 const BEAM: usize = 3;
 
@@ -334,7 +334,10 @@ fn grown(
     more: Vec<Term>,
 ) -> Result<Learned, DiagnoseError> {
     let ground = before.ground;
-    let blocks: Vec<Vec<Term>> = more.chunks(BLOCK).map(<[Term]>::to_vec).collect();
+    // The terms of one place, so that an effect does not hold too many numbers at once.
+    let by_place = more.chunk_by(|a, b| a.place == b.place);
+    let blocks: Vec<Vec<Term>> =
+        by_place.flat_map(|own| own.chunks(BLOCK)).map(<[Term]>::to_vec).collect();
     let all = [best.terms.clone(), blocks.clone()].concat();
     let kept: Vec<usize> = space.with(&definitions(space, &all, best.deviation), |system| {
         let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(Vec::new()) };

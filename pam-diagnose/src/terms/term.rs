@@ -135,6 +135,12 @@ impl Factor {
             && self.scale == other.scale
     }
 
+    /// Whether it is the sine of another one that is the cosine of the same period, or the other way round.
+    #[must_use]
+    pub fn is_other_phase_of(&self, other: &Self) -> bool {
+        self.is_twin_of(other) && self.function != other.function
+    }
+
     fn description_length(&self, variables: &[Variable]) -> f64 {
         let lag = self.lag.map_or(0.0, Lag::description_length);
         variables[self.variable].description_length + self.function.description_length() + lag

@@ -1,7 +1,7 @@
 //! Where an effect can act.
 
 use super::{DataScales, EffectInfo, Group, Hooks};
-use pam_core::units::ATMOSPHERE_KPA;
+use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_core::{AnyForce, JointModel, Scalar};
 
 /// The base model's restoring force of one recording.
@@ -163,6 +163,8 @@ pub struct Rest<S> {
     pub sealed_mm: S,
     /// Sealed pressures of flexor and extensor, kPa absolute.
     pub sealed_kpa: [S; 2],
+    /// Recorded force of the drive at the first sample, mN; there is none at the sealed reading.
+    pub start_force_mn: f64,
     /// Displacement at the first sample, mm.
     pub start_mm: S,
     /// Pressures at the first sample, kPa absolute.
@@ -196,6 +198,8 @@ pub struct Observed<'a, S> {
     pub start_s: f64,
     /// Time between two values, s.
     pub step_s: f64,
+    /// Recorded force of the drive every half step, mN.
+    pub half_step_forces_mn: &'a [f64],
     /// Displacement, mm.
     pub displacement_mm: &'a mut [S],
     /// Velocity, mm/s.
@@ -205,6 +209,12 @@ pub struct Observed<'a, S> {
 }
 
 impl<S: Scalar> Observed<'_, S> {
+    /// Recorded force of the drive at a value, N.
+    #[must_use]
+    pub fn force_n(&self, k: usize) -> f64 {
+        self.half_step_forces_mn[2 * k] / MN_PER_N
+    }
+
     /// Takes the velocity anew as the central difference of the displacement.
     pub fn renew_velocity(&mut self) {
         let (x, v) = (&*self.displacement_mm, &mut *self.velocity_mm_s);

@@ -165,6 +165,7 @@ impl<S: EffectScalar> EffectHooks<S> for Timed {
         let pair = |a: [S; 2], b: [S; 2]| [0, 1].map(|i| blend(share, a[i], b[i]));
         *rest = Rest {
             start_s: rest.start_s,
+            start_force_mn: rest.start_force_mn,
             sealed_mm: blend(share, before.sealed_mm, rest.sealed_mm),
             sealed_kpa: pair(before.sealed_kpa, rest.sealed_kpa),
             start_mm: blend(share, before.start_mm, rest.start_mm),

@@ -244,7 +244,7 @@ impl Builder<'_> {
     /// The velocity of a reading of the position: by the chain rule where it depends on displacement and time alone.
     fn velocity_of(&mut self, position: Id) -> Result<Velocity, String> {
         let reads = self.program(&[position])?;
-        let others = [V, PF, PE].into_iter().any(|k| reads.reads(k));
+        let others = [V, PF, PE, FORCE].into_iter().any(|k| reads.reads(k));
         let remembers = (0..self.definition.memory.len())
             .any(|k| reads.reads(VARIABLES + self.definition.value_len() + k));
         let slopes = self
@@ -473,13 +473,14 @@ impl Effect for ExpressionEffect {
 
     fn rest<S: Scalar>(&self, p: &[S], rest: &mut Rest<S>) {
         let readings = [
-            (0.0, &mut rest.sealed_mm, &mut rest.sealed_kpa),
-            (rest.start_s, &mut rest.start_mm, &mut rest.start_kpa),
+            ([0.0, 0.0], &mut rest.sealed_mm, &mut rest.sealed_kpa),
+            ([rest.start_s, rest.start_force_mn], &mut rest.start_mm, &mut rest.start_kpa),
         ];
-        for (time_s, displacement, [flexor, extensor]) in readings {
+        for ([time_s, force_mn], displacement, [flexor, extensor]) in readings {
             let measured = [*displacement, *flexor, *extensor];
             let mut variables = [S::zero(); VARIABLES];
-            variables[T] = S::constant(time_s);
+            (variables[T], variables[FORCE]) =
+                (S::constant(time_s), S::constant(force_mn / MN_PER_N));
             (variables[X], variables[PF], variables[PE]) = (measured[0], measured[1], measured[2]);
             for ((program, reading), of) in self.sensors.rest.iter().zip(measured).zip([X, PF, PE])
             {
@@ -608,6 +609,7 @@ impl Effect for ExpressionEffect {
             (now[X], now[V]) = (seen.displacement_mm[k], seen.velocity_mm_s[k]);
             (now[PF], now[PE]) = (seen.pressures_kpa[0][k], seen.pressures_kpa[1][k]);
             now[T] = S::constant(seen.start_s + step_s * k as f64);
+            now[FORCE] = S::constant(seen.force_n(k));
             if let Some(law) = law {
                 if k == 0 {
                     let start = Row { variables: &now, p, memory: &[] };

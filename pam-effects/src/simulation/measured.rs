@@ -17,6 +17,7 @@ impl<S: EffectScalar> Measured<S> {
         let c = S::constant;
         let rest = Rest {
             start_s: record.since_start_s,
+            start_force_mn: record.rest.start_force_mn,
             sealed_mm: c(record.rest.sealed_mm),
             sealed_kpa: record.rest.sealed_kpa.map(c),
             start_mm: c(record.rest.start_mm),

@@ -14,6 +14,7 @@ pub(crate) fn observe<S: EffectScalar>(
     let mut seen = Observed {
         start_s: record.since_start_s,
         step_s: record.fine_step_s(),
+        half_step_forces_mn: record.force.values_mn(),
         displacement_mm: x,
         velocity_mm_s: v,
         pressures_kpa: [pf, pe],

@@ -144,8 +144,10 @@ impl ResampledRecord {
         });
         let sealed = r.reading_at_rest();
         let [x0, v0, pf0, pe0] = r.initial_state();
+        let force = fine_force(r, step_s, steps_per_point, points);
         let rest = Rest {
             start_s: 0.0,
+            start_force_mn: force.values_mn()[0],
             sealed_mm: sealed.displacement_mm,
             sealed_kpa: [sealed.pressure_flexor_kpa, sealed.pressure_extensor_kpa],
             start_mm: x0,
@@ -162,7 +164,7 @@ impl ResampledRecord {
             steps_per_point,
             since_start_s: 0.0,
             sample_s,
-            force: fine_force(r, step_s, steps_per_point, points),
+            force,
             doubtful_force: None,
             low_pass: r.low_passed.cutoff_hz.map(|cutoff| {
                 cutoff.and_then(|hz| LowPass::like(hz, 1.0 / sample_s, 1.0 / step_s))
@@ -204,6 +206,7 @@ impl ResampledRecord {
             measured,
             rest: Rest {
                 start_s: self.since_start_s + start_s,
+                start_force_mn: self.force_mn(first),
                 start_mm: x,
                 start_kpa: [flexor, extensor],
                 ..self.rest

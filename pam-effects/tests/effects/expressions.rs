@@ -216,6 +216,7 @@ fn expressions_are_the_equations_that_they_say() {
     let mut seen = Observed {
         start_s: 0.0,
         step_s,
+        half_step_forces_mn: &vec![0.0; 2 * x.len()],
         displacement_mm: &mut x,
         velocity_mm_s: &mut v,
         pressures_kpa: [&mut pf, &mut pe],

@@ -48,6 +48,7 @@ fn hooks_that_are_not_listed_are_neutral() {
             if !listed.rest {
                 let rest = || Rest {
                     start_s: 0.0,
+                    start_force_mn: 0.0,
                     sealed_mm: x,
                     sealed_kpa: [411.0, 307.0],
                     start_mm: 0.5 * x,
@@ -71,6 +72,7 @@ fn hooks_that_are_not_listed_are_neutral() {
             let mut seen = Observed {
                 start_s: 0.0,
                 step_s: 4e-3,
+                half_step_forces_mn: &[0.0; 100],
                 displacement_mm: &mut x,
                 velocity_mm_s: &mut v,
                 pressures_kpa: [&mut pf, &mut pe],

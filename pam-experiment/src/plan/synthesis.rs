@@ -163,6 +163,7 @@ fn read_with(recording: &Recording, effect: &ActiveEffect) -> Recording {
     let corrected = |seen: [f64; 6]| {
         let mut rest = Rest {
             start_s: 0.0,
+            start_force_mn: recording.force_mn[0],
             sealed_mm: seen[0],
             sealed_kpa: [seen[1], seen[2]],
             start_mm: seen[3],

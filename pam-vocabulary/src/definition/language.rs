@@ -71,8 +71,8 @@ const JOINT: [(&str, &[Moment], &str); 12] = [
     ("me", &[Motion], "air in the extensor, g"),
     (
         "force",
-        &[Motion, Command],
-        "force of the drive on the joint; the commanded one in `command_n`, N",
+        &[Motion, Command, Sensing],
+        "force of the drive on the joint; the commanded one in `command_n`, the recorded one at a sensor, N",
     ),
     ("network", &[Motion], "restoring force of the base model, N"),
     ("t", &[Motion, Command, Sensing], "time since the excitation began, s"),

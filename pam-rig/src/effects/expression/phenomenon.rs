@@ -244,6 +244,7 @@ impl Phenomenon for Hidden {
         let mut now = NOWHERE;
         (now[X], now[V], now[T]) = (x, (x - last_mm) / clock.step_s, clock.time_s);
         [now[PF], now[PE]] = seen.pressures_kpa;
+        now[FORCE] = self.force_n;
         if self.moment == Moment::Sensing {
             self.remember(now, None);
         }
