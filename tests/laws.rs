@@ -34,6 +34,8 @@ enum List {
     Last,
     /// Those that were written without knowledge of the search; seeds from 401 on.
     Outside,
+    /// Those that were written without knowledge of it after it was changed on these; seeds from 501 on.
+    SecondOutside,
 }
 
 impl List {
@@ -45,6 +47,7 @@ impl List {
             Self::Fresh => (laws::fresh(), 201),
             Self::Last => (laws::last(), 301),
             Self::Outside => (laws::outside(), 401),
+            Self::SecondOutside => (laws::second_outside(), 501),
         }
     }
 }

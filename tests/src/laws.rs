@@ -467,6 +467,84 @@ pub fn outside() -> Vec<HiddenLaw> {
     all
 }
 
+/// Ten further laws that were written without knowledge of the search, two of them with memory, at other pressures.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn second_outside() -> Vec<HiddenLaw> {
+    let mut all = vec![
+        law(
+            "hose_spring",
+            &[("n_mm_kpa", 0.03)],
+            "parameters.k = { range = [-5, 5], absent = 0, start = [0.02] }\nacts.force_n = \"-k * (pf - p_atm) * x\"",
+            &["pf", "x"],
+        ),
+        law(
+            "yielding_cable",
+            &[("n", 12.0), ("width_mm", 0.5)],
+            "parameters.n = { range = [0, 500], absent = 0, start = [8] }\nparameters.w = { range = [0.01, 10], log = true, start = [0.4] }\nacts.force_n = \"-n * tanh(x / w)\"",
+            &["x"],
+        ),
+        law(
+            "amplifier_drift",
+            &[("n", 10.0), ("tau_s", 5.0)],
+            "parameters.n = { range = [-500, 500], absent = 0, start = [6] }\nparameters.tau_s = { range = [0.1, 1000], log = true, start = [4] }\nacts.force_n = \"n * (1 - exp(-t / tau_s))\"",
+            &["t"],
+        ),
+        law(
+            "braid_brake",
+            &[("n_s_mm_kpa", 0.004)],
+            "parameters.c = { range = [0, 1], absent = 0, start = [0.002] }\nacts.force_n = \"-c * (pe - p_atm) * max(v, 0)\"",
+            &["pe", "v"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "strain_softening",
+                &[("n_mm2", 12.0), ("tau_s", 1.5)],
+                "parameters.k = { range = [-100, 100], absent = 0, start = [6] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [1] }\nmemory.z = { start = \"0\", rate = \"(abs(x) - z) / tau_s\" }\nacts.force_n = \"k * z * x\"",
+                &["x"],
+            )
+        },
+        law(
+            "gear_friction",
+            &[("share", 0.06)],
+            "parameters.c = { range = [0, 10], absent = 0, start = [0.03] }\nacts.dry_friction_n = \"c * abs(force)\"",
+            &["force"],
+        ),
+        law(
+            "tilt_friction",
+            &[("n_kpa", 0.09)],
+            "parameters.c = { range = [0, 5], absent = 0, start = [0.05] }\nacts.dry_friction_n = \"c * abs(pf - pe)\"",
+            &["pe", "pf"],
+        ),
+        law(
+            "opening_seal",
+            &[("g_s_kpa", 2e-6), ("from_kpa", 330.0)],
+            "parameters.c = { range = [0, 1e-3], absent = 0, start = [1e-6] }\nparameters.from_kpa = { range = [10, 2000], log = true, start = [250, 300, 350] }\nacts.air_extensor_g_s = \"-c * max(pe - p_atm - from_kpa, 0)\"",
+            &["pe"],
+        ),
+        law(
+            "encoder_interpolation",
+            &[("amplitude_mm", 0.03), ("pitch_mm", 1.35)],
+            "parameters.a = { range = [-1, 1], absent = 0, start = [0.02] }\nparameters.pitch_mm = { range = [0.05, 10], log = true, start = [1.2, 1.35, 1.5] }\nacts.position_mm = \"x + a * sin(2 * pi * x / pitch_mm)\"",
+            &["x"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "warming_encoder",
+                &[("mm_n2", 3e-6), ("tau_s", 3.0)],
+                "parameters.c = { range = [-1e-3, 1e-3], absent = 0, start = [2e-6] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [2] }\nmemory.z = { start = \"0\", rate = \"(force^2 - z) / tau_s\" }\nacts.position_mm = \"x + c * z\"",
+                &["force"],
+            )
+        },
+    ];
+    all.iter_mut().for_each(|law| law.psi = SECOND_OUTSIDE_CONDITIONS);
+    all
+}
+
 /// Gauge pressures of the recordings, psi.
 const CONDITIONS: [[f64; 2]; 3] = [[40.0, 40.0], [70.0, 45.0], [35.0, 60.0]];
 /// Those with laws that were written after the search.
@@ -477,6 +555,8 @@ const FRESH_CONDITIONS: [[f64; 2]; 3] = [[55.0, 35.0], [40.0, 60.0], [70.0, 50.0
 const LAST_CONDITIONS: [[f64; 2]; 3] = [[60.0, 45.0], [35.0, 50.0], [50.0, 65.0]];
 /// Those with laws that were written without knowledge of the search.
 const OUTSIDE_CONDITIONS: [[f64; 2]; 3] = [[65.0, 40.0], [40.0, 55.0], [60.0, 70.0]];
+/// Those with further laws that were written without knowledge of the search.
+const SECOND_OUTSIDE_CONDITIONS: [[f64; 2]; 3] = [[40.0, 65.0], [70.0, 60.0], [50.0, 35.0]];
 /// Length of a recording of the study, s.
 pub const LENGTH_S: f64 = 20.0;
 /// Length of one of the published protocol, s.

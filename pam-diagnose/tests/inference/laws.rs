@@ -188,6 +188,20 @@ fn terms_are_what_their_expressions_say() {
         assert_eq!(again, [term]);
     }
 
+    // A sine and a cosine of one period share it; others have their own.
+    let wave =
+        |f, period| Term { place: 0, factors: vec![Factor::of(0, f, period)], coefficient: 3.0 };
+    let waves = [wave(Function::Sine, 0.7), wave(Function::Cosine, 0.7), wave(Function::Sine, 0.4)];
+    let law = Definition::law("law", "", &waves, &variables, &places);
+    assert_eq!(
+        law.expression(),
+        "force_n = c1_n * sin(2 * pi * a / w1_mm) + c2_n * cos(2 * pi * a / w1_mm) + c3_n * sin(2 * pi * a / w2_mm)"
+    );
+    let moved = law.with_values(&waves, &[1.0, 0.8, 2.0, 5.0, 0.3]);
+    let numbers: Vec<[f64; 2]> =
+        moved.iter().map(|t| [t.coefficient, t.factors[0].scale]).collect();
+    assert_eq!(numbers, [[1.0, 0.8], [2.0, 0.8], [5.0, 0.3]]);
+
     // A step through a low-pass of 0.5 s: 1 − e^(−t/τ) of its square.
     let lag = Lag::LowPass { of: Square, time_s: 0.5 };
     let lagged = Factor { lag: Some(lag), ..Factor::of(0, Linear, 1.0) };

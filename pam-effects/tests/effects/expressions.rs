@@ -207,6 +207,26 @@ fn expressions_are_the_equations_that_they_say() {
     let level = friction.dry_friction_mn(&[3.0, 0.05], &joint.point(), &[]);
     assert!((level - 1e3 * (3.0 + 0.05 * (700.0 - 2.0 * 101.325))).abs() < 1e-9);
 
+    // A sensor that feels the drive.
+    let text = "[[effect]]\nid = \"sag\"\ndescription = \"\"\nparameters.c = { range = [0, 1], absent = 0 }\n\
+                acts.pressure_flexor_kpa = \"pf - c * abs(force)\"";
+    let sag: &dyn EffectHooks<f64> = expression::parse(text).expect("it can be read")[0];
+    let forces: Vec<f64> = (0..20).map(|k| 1e3 * (f64::from(k) - 8.0)).collect();
+    let ([mut x, mut v], [mut pf, mut pe]) = ([[0.0; 10]; 2], [[400.0; 10]; 2]);
+    let mut seen = Observed {
+        start_s: 0.0,
+        step_s: 1e-3,
+        half_step_forces_mn: &forces,
+        displacement_mm: &mut x,
+        velocity_mm_s: &mut v,
+        pressures_kpa: [&mut pf, &mut pe],
+    };
+    sag.observe(&[0.5], &mut seen);
+    for (k, p) in pf.into_iter().enumerate() {
+        assert_eq!(p, 400.0 - 0.5 * (2.0 * k as f64 - 8.0).abs(), "{k}");
+    }
+    assert_eq!(pe, [400.0; 10]);
+
     // 1/(1 + iωτ) of a sine of 2 Hz through 20 ms, once the beginning has died out.
     let (rate, tau, step_s) = (TAU * 2.0, 0.02, 1e-3);
     let count = 2000;

@@ -106,6 +106,26 @@ pub(super) struct Laws {
     supply_sag: f64,
     /// The reading of x has `−a x³`: 1/mm².
     hall_position: f64,
+    /// `−k (P_f − P_atm) x`, a hose that stiffens under pressure: mN/(mm kPa).
+    hose_spring: f64,
+    /// `−a tanh(x/w)`, a cable that yields: mN, mm.
+    yielding_cable: [f64; 2],
+    /// `a (1 − exp(−t/τ))` from the beginning of the excitation on: mN, s.
+    amplifier_drift: [f64; 2],
+    /// `−c (P_e − P_atm) max(v, 0)`, while the extensor is stretched: mN s/(mm kPa).
+    braid_brake: f64,
+    /// `k z x` with `ż = (|x| − z)/τ`, a rubber that softens with its strain: mN/mm², s.
+    strain_softening: [f64; 2],
+    /// Dry friction `c |F|` for the force F of the motor: 1.
+    gear_friction: f64,
+    /// Dry friction `c |P_f − P_e|`: mN/kPa.
+    tilt_friction: f64,
+    /// Air out of the extensor `c max(P_e − P_atm − p₀, 0)`: g/(s kPa), kPa.
+    opening_seal: [f64; 2],
+    /// The reading of x has `a sin(2π x/p)`: mm, mm.
+    encoder_interpolation: [f64; 2],
+    /// The reading of x has `c z` with `ż = (F² − z)/τ` for the force F of the motor: mm/N², s.
+    warming_encoder: [f64; 2],
 }
 
 /// What the laws remember.
@@ -133,6 +153,10 @@ pub(super) struct Kept {
     motor_heat_n2: f64,
     /// High-passed displacement, by which air is compressed faster than its heat leaves, mm.
     compressed_mm: f64,
+    /// Low-passed size of the displacement, mm.
+    strain_mm: f64,
+    /// Low-passed square of the force of the motor that warms the encoder, N².
+    encoder_heat_n2: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -210,6 +234,18 @@ impl Laws {
             "heated_air" => self.heated_air = [v("kpa_mm"), v("tau_s")],
             "supply_sag" => self.supply_sag += 1e-3 * v("kpa_n"),
             "hall_position" => self.hall_position += v("per_mm2"),
+            "hose_spring" => self.hose_spring += 1e3 * v("n_mm_kpa"),
+            "yielding_cable" => self.yielding_cable = [1e3 * v("n"), v("width_mm")],
+            "amplifier_drift" => self.amplifier_drift = [1e3 * v("n"), v("tau_s")],
+            "braid_brake" => self.braid_brake += 1e3 * v("n_s_mm_kpa"),
+            "strain_softening" => self.strain_softening = [1e3 * v("n_mm2"), v("tau_s")],
+            "gear_friction" => self.gear_friction += v("share"),
+            "tilt_friction" => self.tilt_friction += 1e3 * v("n_kpa"),
+            "opening_seal" => self.opening_seal = [v("g_s_kpa"), v("from_kpa")],
+            "encoder_interpolation" => {
+                self.encoder_interpolation = [v("amplitude_mm"), v("pitch_mm")];
+            }
+            "warming_encoder" => self.warming_encoder = [v("mm_n2"), v("tau_s")],
             _ => return false,
         }
         true
@@ -245,7 +281,10 @@ impl Laws {
             - self.difference_spring * (gauge[0] - gauge[1]) * x
             - self.stretched_damping * (-x).max(0.0) * v
             - self.moment_arm * x * motor_mn
-            - self.motor_heating[0] * kept.motor_heat_n2 * motor_mn;
+            - self.motor_heating[0] * kept.motor_heat_n2 * motor_mn
+            - self.hose_spring * gauge[0] * x
+            - self.braid_brake * gauge[1] * v.max(0.0)
+            + self.strain_softening[0] * kept.strain_mm * x;
         if t >= 0.0 {
             let [force, frequency, phase] = self.fan;
             total += force * (TAU * frequency * t + phase).sin();
@@ -275,6 +314,16 @@ impl Laws {
         {
             total -= damping * (-t.max(0.0) / time).exp() * v;
         }
+        if let [force, width] = self.yielding_cable
+            && force != 0.0
+        {
+            total -= force * (x / width).tanh();
+        }
+        if let [force, time] = self.amplifier_drift
+            && force != 0.0
+        {
+            total += force * (1.0 - (-t.max(0.0) / time).exp());
+        }
         total
     }
 
@@ -288,6 +337,8 @@ impl Laws {
             + self.running_friction[0] * kept.speed
             + self.lasting_friction[0] * kept.lasting_mn
             + self.braid_friction * gauge[0] * now.x.abs()
+            + self.gear_friction * now.motor_mn.abs()
+            + self.tilt_friction * (gauge[0] - gauge[1]).abs()
     }
 
     /// The memory states after `dt` s at constant displacement, velocity and force.
@@ -314,6 +365,12 @@ impl Laws {
                 self.motor_heating[1],
             ),
             compressed_mm: low_passed(kept.compressed_mm, heat_s * v, heat_s),
+            strain_mm: low_passed(kept.strain_mm, x.abs(), self.strain_softening[1]),
+            encoder_heat_n2: low_passed(
+                kept.encoder_heat_n2,
+                (1e-3 * motor_mn).powi(2),
+                self.warming_encoder[1],
+            ),
         }
     }
 
@@ -325,7 +382,9 @@ impl Laws {
         let passed = self.turbulent_crosstalk * over * over.abs()
             + self.opening_crosstalk * over * x.max(0.0);
         let lost_by_extensor = self.stretch_leak * (kpa[1] - ATMOSPHERE_KPA) * x.max(0.0);
-        [-lost - passed, passed - lost_by_extensor]
+        let [per_kpa, from_kpa] = self.opening_seal;
+        let blown_off = per_kpa * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0);
+        [-lost - passed, passed - lost_by_extensor - blown_off]
     }
 
     /// What the pressures have beyond those of the gas law, kPa.
@@ -344,7 +403,14 @@ impl Laws {
     }
 
     /// Reading of the displacement for the true one, mm.
-    pub(super) fn reading_mm(&self, x: f64) -> f64 {
-        x + self.bent_position * x * x - self.hall_position * x.powi(3)
+    pub(super) fn reading_mm(&self, x: f64, kept: Kept) -> f64 {
+        let mut reading = x + self.bent_position * x * x - self.hall_position * x.powi(3)
+            + self.warming_encoder[0] * kept.encoder_heat_n2;
+        if let [amplitude, pitch] = self.encoder_interpolation
+            && amplitude != 0.0
+        {
+            reading += amplitude * (TAU * x / pitch).sin();
+        }
+        reading
     }
 }

@@ -41,7 +41,7 @@ pub(super) struct Joint {
     /// Stretch of the elements of a loop, −1 to 1.
     stretch: [f64; ELEMENTS],
     /// What laws remember.
-    kept: Kept,
+    pub kept: Kept,
 }
 
 impl Joint {

@@ -1,6 +1,7 @@
 //! Play, lags, delays, gains and offsets between the joint and the recorded columns.
 
 use super::acting::Acting;
+use super::laws::Kept;
 use super::motion::Joint;
 use super::{ATMOSPHERE_KPA, Hidden};
 
@@ -44,6 +45,8 @@ pub(super) struct Chain {
     frozen_mm: f64,
     /// Force of the motor, which some sensors feel, mN.
     motor_mn: f64,
+    /// What laws remember, which some sensors feel.
+    kept: Kept,
 }
 
 impl Chain {
@@ -60,6 +63,7 @@ impl Chain {
             delays: input.map(|value| Delay::new(steps, value)),
             frozen_mm: joint.x,
             motor_mn: joint.motor_mn,
+            kept: joint.kept,
         };
         chain.frozen_mm = chain.displacement(acting);
         chain
@@ -68,6 +72,7 @@ impl Chain {
     /// Follows the joint through a step.
     pub(super) fn step(&mut self, joint: &Joint, acting: &Acting, dt: f64) {
         self.motor_mn = joint.motor_mn;
+        self.kept = joint.kept;
         let half = acting.half_gap_mm;
         self.shown_mm = self.shown_mm.clamp(joint.x - half, joint.x + half);
         let input = [self.shown_mm, joint.pressures_kpa[0], joint.pressures_kpa[1]];
@@ -88,7 +93,8 @@ impl Chain {
     }
 
     fn displacement(&self, acting: &Acting) -> f64 {
-        let x = acting.laws.reading_mm(self.delays[0].ago(acting.position_delay_s / self.dt));
+        let x = self.delays[0].ago(acting.position_delay_s / self.dt);
+        let x = acting.laws.reading_mm(x, self.kept);
         (1.0 + acting.position_gain) * x + acting.offset_mm
     }
 

@@ -66,6 +66,12 @@ parameters.exponent = { range = [0.5, 2], absent = 1 }
 acts.gas_exponent = "exponent"
 
 [[effect]]
+id = "e_sag"
+description = ""
+parameters.kpa_per_n = { range = [0, 1], absent = 0 }
+acts.pressure_flexor_kpa = "pf - kpa_per_n * abs(force)"
+
+[[effect]]
 id = "e_inertia"
 description = ""
 parameters.mass_kg = { range = [-150, 5000], absent = 0 }
@@ -120,6 +126,21 @@ fn a_file_hides_what_the_rigs_own_effects_hide() {
         let (off, effect) = (distance(&own_run, &known_run), distance(&known_run, &nothing));
         assert!(effect > 1e-2, "{known} does something: {effect}");
         assert!(off < 2e-3 * effect, "{own}: {off} of {effect}");
+    }
+}
+
+#[test]
+fn a_sensor_may_feel_the_drive() {
+    expression::read(FILE).expect("it can be read");
+    let (plain, sagging) = (run("coulomb_friction:force_n=0"), run("e_sag:kpa_per_n=0.5"));
+    let strongest = plain.iter().map(|f| f.truth.force_n.abs()).fold(0.0, f64::max);
+    assert!(strongest > 20.0, "the motor pushes with {strongest} N");
+    let kpa = |f: &Frame| 6.894_757 * f.row.measured_psi[0];
+    // A sample is read before the step that its force drives: the drive of the sample before is felt.
+    for (k, (a, b)) in plain.iter().zip(&sagging).enumerate().skip(1) {
+        assert_eq!(a.truth.displacement_mm, b.truth.displacement_mm);
+        let sag = 0.5 * plain[k - 1].truth.force_n.abs();
+        assert!((kpa(a) - kpa(b) - sag).abs() < 1.0, "{k}: {} {} {sag}", kpa(a), kpa(b));
     }
 }
 
