@@ -42,6 +42,9 @@ const FLEXOR: usize = 5;
 const EXTENSOR: usize = 6;
 const TIME: usize = 7;
 
+/// Name of the sum of the gauge pressures.
+const SUM_NAME: &str = "sum of the gauge pressures";
+
 /// Index of the place for the level of dry friction.
 const DRY: usize = 1;
 
@@ -191,6 +194,7 @@ impl TermSpace for JointTerms<'_> {
 }
 
 fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
+    use VariableKind::{Combined, Moving, Slow, Turning};
     let variable = |name: &str,
                     text: &str,
                     names: &[&str],
@@ -209,12 +213,12 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
             unit_text: unit.text(),
             size: size.max(f64::MIN_POSITIVE),
             kind,
+            signed: !matches!(kind, Combined) && !matches!(name, SUM_NAME | "time"),
             at_start: start.map(str::to_owned),
             change: (name == "displacement").then(|| "dx".to_owned()),
             description_length: length,
         }
     };
-    use VariableKind::{Combined, Moving, Slow, Turning};
     let gauge = scales.gauge_kpa;
     let rate = Unit::MM.times(Unit::S, -1);
     vec![
@@ -231,7 +235,7 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
             2.2,
         ),
         variable(
-            "sum of the gauge pressures",
+            SUM_NAME,
             "(pf + pe - 2 * p_atm)",
             &["pf", "pe"],
             Unit::KPA,

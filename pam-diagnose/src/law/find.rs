@@ -320,7 +320,7 @@ impl Screen {
             rows.set_rows_per_observation(about.fitted_with);
             let problem = &rows.whole;
             let design = Design::at(problem, &about.fit)?;
-            let columns = columns(space, (problem, &about.fit), &design, &library, first);
+            let columns = columns((problem, &about.fit), &design, &library, first);
             let rpo = about.rows_per_observation;
             let sums = sums(space, ground, &design, &library, &columns, rpo);
             Ok(Self { library, screened: Screened { target: design.target, columns }, sums })
@@ -390,7 +390,7 @@ fn again(
         let fit = rows.whole.fit(start, ground.settings.remainder.iterations)?;
         let h = &fit.hypothesis;
         let design = Design::at(&rows.whole, h)?;
-        let columns = columns(space, (&rows.whole, h), &design, &terms, ground.listed + 1);
+        let columns = columns((&rows.whole, h), &design, &terms, ground.listed + 1);
         Ok(sums(space, ground, &design, &terms, &columns, about.rows_per_observation))
     })
 }

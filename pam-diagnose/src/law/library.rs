@@ -32,7 +32,7 @@ pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Plac
     all
 }
 
-/// Functions of a variable that moves; the last two only of one whose direction matters.
+/// Functions of a variable that moves; the last one only of one whose direction matters.
 static OF_MOTION: [Function; 14] = [
     Function::Linear,
     Function::Absolute,
@@ -51,13 +51,16 @@ static OF_MOTION: [Function; 14] = [
 ];
 
 /// The functions of a variable or of its low-pass, at their scales.
-pub(crate) fn functions(kind: VariableKind) -> &'static [Function] {
-    use Function::{Above, Linear, SignedSquare, Square};
-    match kind {
-        VariableKind::Moving => &OF_MOTION[..OF_MOTION.len() - 2],
+pub(crate) fn functions(variable: &Variable) -> &'static [Function] {
+    use Function::{Above, Absolute, Linear, SignedSquare, Square};
+    match variable.kind {
+        VariableKind::Moving => &OF_MOTION[..OF_MOTION.len() - 1],
         VariableKind::Turning => &OF_MOTION,
-        VariableKind::Slow => &[Linear, Square, SignedSquare],
-        VariableKind::Combined => &[Linear, Square, SignedSquare, Above],
+        VariableKind::Slow | VariableKind::Combined if variable.signed => {
+            &[Linear, Absolute, Square, SignedSquare]
+        }
+        VariableKind::Slow => &[Linear, Square],
+        VariableKind::Combined => &[Linear, Square, Above],
     }
 }
 
@@ -99,15 +102,18 @@ pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place])
 fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
     let Variable { kind, size, .. } = variables[variable];
     let of = |f: &Function| at_scales(Factor::of(variable, *f, 1.0), kind, size);
-    functions(kind).iter().flat_map(of).collect()
+    functions(&variables[variable]).iter().flat_map(of).collect()
 }
 
 /// Factors that stand beside another one.
 fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
     use Function::{Absolute, Linear, Outside, Peaked, Positive, Saturated, Square};
     let plain = |f| Factor::of(variable, f, 1.0);
-    let Variable { kind, size, .. } = variables[variable];
+    let Variable { kind, size, signed, .. } = variables[variable];
     match kind {
+        VariableKind::Slow | VariableKind::Combined if signed => {
+            vec![plain(Linear), plain(Absolute)]
+        }
         VariableKind::Slow | VariableKind::Combined => vec![plain(Linear)],
         VariableKind::Moving => {
             let outside = Factor::of(variable, Outside, THRESHOLDS[1] * size);

@@ -215,9 +215,9 @@ pub(crate) fn refine(
     })
 }
 
-/// Of laws that leave nearly as little in every channel as the one of the best odds, without moving the nuisances further, the
-/// most probable one of those with the fewest numbers; laws without a term that carries next to nothing are as good. What their variables and functions are, the odds decide: a factor more
-/// that the data ask for takes no number.
+/// Of laws that leave nearly as little in every channel as the one of the best odds, without moving the nuisances further, those
+/// with the fewest numbers; laws without a term that carries next to nothing are as good. A factor more takes no number: what their
+/// variables and functions are, the odds decide, and where these are even, the shorter description.
 pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
     let best = tried.first()?;
     let settings = ground.settings;
@@ -230,9 +230,13 @@ pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
     };
     let numbers =
         |t: &Tried| t.values.len() + t.named.iter().map(|m| m.values.len()).sum::<usize>();
-    let shortest = tried
-        .iter()
-        .filter(as_good)
-        .min_by(|a, b| numbers(a).cmp(&numbers(b)).then(a.total.total_cmp(&b.total)));
-    shortest.cloned()
+    let good: Vec<&Tried> = tried.iter().filter(as_good).collect();
+    let fewest = good.iter().map(|t| numbers(t)).min()?;
+    let good = || good.iter().filter(|t| numbers(t) == fewest);
+    let least = good().map(|t| t.total).min_by(f64::total_cmp)?;
+    let even = 2.0 * settings.verdict.confusable_odds.ln();
+    let shortest = good()
+        .filter(|t| t.total < least + even)
+        .min_by(|a, b| a.length.total_cmp(&b.length).then(a.total.total_cmp(&b.total)));
+    shortest.map(|t| (*t).clone())
 }

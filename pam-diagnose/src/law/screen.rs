@@ -4,12 +4,9 @@ use super::design::{Design, orthonormal};
 use super::select::{OWN_SHARE, Scores};
 use crate::fit::{Hypothesis, Problem};
 use crate::remainder::{Dyn, Ground};
-use crate::terms::{Definition, Term, TermSpace};
+use crate::terms::{Definition, Term, TermSpace, grouped};
 use pam_numerics::dot;
 
-/// Terms of one block of the library: as many as one simulation differentiates by, and fewer that remember.
-const BLOCK: usize = 36;
-const REMEMBERING_BLOCK: usize = 12;
 /// Terms of the library that are screened again about a law.
 const SCREENED_AGAIN: usize = 160;
 
@@ -55,35 +52,23 @@ pub(super) fn blocks(space: &dyn TermSpace, terms: &[Term]) -> Vec<Definition> {
     let of = |(k, block): (usize, &[Term])| {
         Definition::flexible(&format!("block{k}"), block, f64::INFINITY, variables, places)
     };
-    grouped(space, terms).enumerate().map(of).collect()
-}
-
-/// Terms that one definition holds: a few that all remember or none does, and of one family of places, since an effect with
-/// memory acts in one way.
-fn grouped<'t>(space: &dyn TermSpace, terms: &'t [Term]) -> impl Iterator<Item = &'t [Term]> {
-    let kind = |t: &Term| (space.places()[t.place].family, t.remembers());
-    terms
-        .chunk_by(move |a, b| kind(a) == kind(b))
-        .flat_map(|own| own.chunks(if own[0].remembers() { REMEMBERING_BLOCK } else { BLOCK }))
+    grouped(terms).enumerate().map(of).collect()
 }
 
 /// Sensitivities to terms at a hypothesis. Each [`grouped`] block of them is a candidate, from `first` on.
 pub(super) fn columns(
-    space: &dyn TermSpace,
     (problem, hypothesis): (&Problem<'_, Dyn<'_>>, &Hypothesis),
     design: &Design,
     terms: &[Term],
     first: usize,
 ) -> Vec<Vec<f64>> {
-    let candidates: Vec<(usize, Vec<f64>)> = grouped(space, terms)
-        .enumerate()
-        .map(|(k, block)| (first + k, vec![0.0; block.len()]))
-        .collect();
+    let candidates: Vec<(usize, Vec<f64>)> =
+        grouped(terms).enumerate().map(|(k, block)| (first + k, vec![0.0; block.len()])).collect();
     let found = design.columns(problem, hypothesis, &candidates);
     let empty = |block: &[Term]| vec![vec![0.0; design.target.len()]; block.len()];
     found
         .into_iter()
-        .zip(grouped(space, terms))
+        .zip(grouped(terms))
         .flat_map(|(own, block)| own.unwrap_or_else(|| empty(block)))
         .collect()
 }

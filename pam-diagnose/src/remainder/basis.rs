@@ -32,7 +32,7 @@ pub(crate) fn remembering(family: usize, variables: &[Variable], places: &[Place
         .collect()
 }
 
-/// Sines and cosines of the time with some periods, for every place of a family that can remember.
+/// Sines and cosines of the time with some periods, for every place of a family.
 pub(crate) fn waves(
     family: usize,
     variables: &[Variable],
@@ -40,7 +40,7 @@ pub(crate) fn waves(
     periods_s: &[f64],
 ) -> Vec<Term> {
     let mut all = Vec::new();
-    for k in of_family(family, places).filter(|k| places[*k].remembers) {
+    for k in of_family(family, places) {
         for &time in places[k].variables.iter().filter(|v| variables[**v].is_time()) {
             for &period in periods_s {
                 let factors =
@@ -88,8 +88,13 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
         all.extend([vec![plain(k, Absolute)], vec![plain(k, SignedSquare)]]);
         all.extend(TURNING.map(|width| vec![turned(k, width)]));
         for &other in known.iter().filter(|o| **o != k) {
-            let size = if slow(other) { Linear } else { Absolute };
-            all.push(vec![turned(k, TURNING[0]), plain(other, size)]);
+            // How large a friction is, goes with the size of something.
+            if slow(other) {
+                all.push(vec![turned(k, TURNING[0]), plain(other, Linear)]);
+            }
+            if variables[other].signed {
+                all.push(vec![turned(k, TURNING[0]), plain(other, Absolute)]);
+            }
         }
     }
     for &k in &moving {
@@ -112,13 +117,22 @@ fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
                 lag: Some(Lag::LowPass { of, time_s }),
                 ..plain(k, Function::Linear)
             };
+            // A level of friction that remembers how hard something was driven.
+            let turning = place
+                .variables
+                .iter()
+                .filter(|v| place.rich && variables[**v].kind == VariableKind::Turning);
+            all.extend(turning.map(|&v| {
+                let width = TURNING[0] * variables[v].size;
+                vec![of(Function::Absolute), Factor::of(v, Function::Saturated, width)]
+            }));
             if variables[k].kind == VariableKind::Turning {
                 all.push(vec![of(Function::Square), plain(k, Function::Linear)]);
                 let moving = |x: &&usize| place.rich && variables[**x].kind == VariableKind::Moving;
                 let others = place.variables.iter().filter(moving);
                 all.extend(others.map(|&x| vec![of(Function::Square), plain(x, Function::Linear)]));
             } else {
-                all.push(vec![of(Function::Linear)]);
+                all.extend([Function::Linear, Function::Square].map(|f| vec![of(f)]));
             }
         }
     }

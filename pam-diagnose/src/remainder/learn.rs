@@ -6,7 +6,7 @@ use super::lines::periods_s;
 use crate::error::DiagnoseError;
 use crate::fit::{ChannelErrors, Hypothesis, Member};
 use crate::law::{Data, Design, Scores};
-use crate::terms::{Definition, Place, Term, TermSpace, Variable};
+use crate::terms::{Definition, Place, Term, TermSpace, Variable, grouped};
 use pam_core::parallel;
 use std::sync::{Mutex, PoisonError};
 
@@ -159,8 +159,6 @@ fn definitions(space: &dyn TermSpace, terms: &[Vec<Term>], deviation: f64) -> Ve
 const MOST_TERMS: usize = 14;
 /// Families whose correction is cut down before one of them is chosen.
 const CUT_DOWN: usize = 2;
-/// Most further terms that one effect holds.
-const BLOCK: usize = 24;
 /// Sums that are followed while it is.
 const BEAM: usize = 3;
 
@@ -271,11 +269,14 @@ pub(crate) fn learn(
         .collect();
     let mut family = family;
     for (own, start) in starts {
-        let mut more = remembering(own, variables, places);
-        if more.is_empty() || start.is_enough(ground) {
+        if start.is_enough(ground) {
             continue;
         }
+        let mut more = remembering(own, variables, places);
         more.extend(waves(own, variables, places, &start.periods_left_s(space, ground)?));
+        if more.is_empty() {
+            continue;
+        }
         let found = grown(space, before, start, more)?;
         if (!found.is_learned(ground), found.validation)
             < (!best.is_learned(ground), best.validation)
@@ -334,10 +335,7 @@ fn grown(
     more: Vec<Term>,
 ) -> Result<Learned, DiagnoseError> {
     let ground = before.ground;
-    // The terms of one place, so that an effect does not hold too many numbers at once.
-    let by_place = more.chunk_by(|a, b| a.place == b.place);
-    let blocks: Vec<Vec<Term>> =
-        by_place.flat_map(|own| own.chunks(BLOCK)).map(<[Term]>::to_vec).collect();
+    let blocks: Vec<Vec<Term>> = grouped(&more).map(<[Term]>::to_vec).collect();
     let all = [best.terms.clone(), blocks.clone()].concat();
     let kept: Vec<usize> = space.with(&definitions(space, &all, best.deviation), |system| {
         let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(Vec::new()) };

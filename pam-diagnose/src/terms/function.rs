@@ -23,7 +23,7 @@ pub enum Function {
     Below,
     /// `max(|u| − w, 0)`.
     Outside,
-    /// `sinh(u/w) − u/w`.
+    /// `w³ (sinh(u/w) − u/w)`: `u³/6` where it begins, and exponential beyond `w`.
     Stiffening,
     /// `tanh(u/w)`.
     Saturated,
@@ -93,13 +93,8 @@ impl Function {
             | Self::Below
             | Self::Outside => 1,
             Self::Square | Self::SignedSquare => 2,
-            Self::Cube => 3,
-            Self::Stiffening
-            | Self::Saturated
-            | Self::Decaying
-            | Self::Peaked
-            | Self::Sine
-            | Self::Cosine => 0,
+            Self::Cube | Self::Stiffening => 3,
+            Self::Saturated | Self::Decaying | Self::Peaked | Self::Sine | Self::Cosine => 0,
         }
     }
 
@@ -117,7 +112,7 @@ impl Function {
             Self::Above => (u - scale).max(0.0),
             Self::Below => (-u - scale).max(0.0),
             Self::Outside => (u.abs() - scale).max(0.0),
-            Self::Stiffening => (u / scale).sinh() - u / scale,
+            Self::Stiffening => scale.powi(3) * ((u / scale).sinh() - u / scale),
             Self::Saturated => (u / scale).tanh(),
             Self::Decaying => (-u.abs() / scale).exp(),
             Self::Peaked => (1.0 + (u / scale).powi(2)).recip(),
@@ -140,7 +135,7 @@ impl Function {
             Self::Above => format!("max({u} - {scale}, 0)"),
             Self::Below => format!("max(-{u} - {scale}, 0)"),
             Self::Outside => format!("max(abs({u}) - {scale}, 0)"),
-            Self::Stiffening => format!("(sinh({u} / {scale}) - {u} / {scale})"),
+            Self::Stiffening => format!("{scale}^3 * (sinh({u} / {scale}) - {u} / {scale})"),
             Self::Saturated => format!("tanh({u} / {scale})"),
             Self::Decaying => format!("exp(-abs({u}) / {scale})"),
             Self::Peaked => format!("1 / (1 + ({u} / {scale})^2)"),

@@ -16,5 +16,6 @@ pub use definition::{Definition, Remembered, TermParameter};
 pub use function::Function;
 pub(crate) use repeating::repeating;
 pub use space::{Place, TermSpace, Variable, VariableKind};
+pub(crate) use term::grouped;
 pub use term::{Factor, Lag, Term};
 pub use unit::Unit;

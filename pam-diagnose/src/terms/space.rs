@@ -25,6 +25,8 @@ pub struct Variable {
     pub size: f64,
     /// How terms depend on it.
     pub kind: VariableKind,
+    /// Whether it takes both signs.
+    pub signed: bool,
     /// Its value at the beginning of an experiment, as an expression, if it can be remembered.
     pub at_start: Option<String>,
     /// Its change over a step, as an expression, if terms may remember where it turned.
@@ -43,7 +45,7 @@ impl Variable {
     /// Whether it is the time.
     #[must_use]
     pub fn is_time(&self) -> bool {
-        self.unit == Unit::S
+        self.names == ["t"]
     }
 }
 

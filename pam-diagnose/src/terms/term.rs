@@ -109,6 +109,7 @@ impl Factor {
             | Function::Peaked
             | Function::Sine
             | Function::Cosine => 1.0,
+            Function::Stiffening => self.function.value(size, self.scale),
             Function::Negative => size,
             plain => plain.value(size, 1.0),
         }
@@ -256,4 +257,17 @@ impl Term {
         }
         product
     }
+}
+
+/// Most terms that one definition holds: as many as one simulation differentiates by, and fewer that remember.
+const MOST: usize = 36;
+const MOST_REMEMBERING: usize = 12;
+
+/// Terms by the definitions that may hold them: a few of one place that all remember or none does, since an effect with memory acts
+/// in one way and holds few numbers at once.
+pub(crate) fn grouped(terms: &[Term]) -> impl Iterator<Item = &[Term]> {
+    let kind = |t: &Term| (t.place, t.remembers());
+    terms
+        .chunk_by(move |a, b| kind(a) == kind(b))
+        .flat_map(|own| own.chunks(if own[0].remembers() { MOST_REMEMBERING } else { MOST }))
 }

@@ -148,6 +148,7 @@ fn terms_are_what_their_expressions_say() {
         unit_text: "mm".into(),
         size,
         kind: VariableKind::Moving,
+        signed: true,
         at_start: Some("0".into()),
         change: Some(format!("d{text}")),
         description_length: 1.0,
