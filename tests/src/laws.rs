@@ -545,6 +545,85 @@ pub fn second_outside() -> Vec<HiddenLaw> {
     all
 }
 
+/// Ten further laws that were written without knowledge of the search, two of them with memory, at other pressures.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn third_outside() -> Vec<HiddenLaw> {
+    let mut all = vec![
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "thixotropic_damping",
+                &[("n_s_mm", 5.0), ("shear_mm", 8.0), ("tau_s", 3.0)],
+                "parameters.c = { range = [0, 100], absent = 0, start = [3] }\nparameters.shear_mm = { range = [0.1, 1000], log = true, start = [6] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [2] }\nmemory.z = { start = \"0\", rate = \"abs(v) * (1 - z) / shear_mm - z / tau_s\" }\nacts.force_n = \"-c * (1 - z) * v\"",
+                &["v"],
+            )
+        },
+        law(
+            "hertz_stop",
+            &[("n_mm1p5", 20.0), ("from_mm", 0.3)],
+            // A little is added beneath the root, whose slope is infinite at zero.
+            "parameters.k = { range = [0, 500], absent = 0, start = [12] }\nparameters.from_mm = { range = [0.01, 5], log = true, start = [0.2, 0.4] }\nlet.depth = \"max(-x - from_mm, 0)\"\nacts.force_n = \"k * depth * sqrt(depth + 1e-6)\"",
+            &["x"],
+        ),
+        law(
+            "eddy_brake",
+            &[("n_s_mm", 4.0), ("mm_s", 5.0)],
+            "parameters.c = { range = [0, 100], absent = 0, start = [3] }\nparameters.w = { range = [0.01, 100], log = true, start = [4] }\nacts.force_n = \"-c * v / (1 + (v / w)^2)\"",
+            &["v"],
+        ),
+        law(
+            "pressure_hardening",
+            &[("n_mm3_kpa", 0.009)],
+            "parameters.c = { range = [0, 1], absent = 0, start = [0.005] }\nacts.force_n = \"-c * (pf + pe - 2 * p_atm) * x^3\"",
+            &["pe", "pf", "x"],
+        ),
+        law(
+            "torque_ripple",
+            &[("share", 0.07), ("pitch_mm", 1.1)],
+            "parameters.c = { range = [0, 1], absent = 0, start = [0.04] }\nparameters.pitch_mm = { range = [0.05, 10], log = true, start = [1, 1.1, 1.2] }\nacts.force_n = \"-c * force * sin(2 * pi * x / pitch_mm)\"",
+            &["force", "x"],
+        ),
+        law(
+            "seal_ridge",
+            &[("n", 14.0), ("width_mm", 0.6)],
+            "parameters.n = { range = [0, 500], absent = 0, start = [8] }\nparameters.w = { range = [0.01, 10], log = true, start = [0.4, 0.8] }\nacts.dry_friction_n = \"n * exp(-(x / w) * (x / w))\"",
+            &["x"],
+        ),
+        law(
+            "check_valve",
+            &[("g_s_kpa", 1.5e-6)],
+            "parameters.c = { range = [0, 1e-3], absent = 0, start = [1e-6] }\nlet.flow = \"c * max(pf - pe, 0)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\"",
+            &["pe", "pf"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "friction_heat",
+                &[("kpa_s_mm", 0.6), ("tau_s", 2.0)],
+                "parameters.c = { range = [-100, 100], absent = 0, start = [0.4] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [1.5] }\nmemory.z = { start = \"0\", rate = \"(abs(v) - z) / tau_s\" }\nacts.pressure_flexor_kpa = \"pf + c * z\"\nacts.pressure_extensor_kpa = \"pe + c * z\"",
+                &["v"],
+            )
+        },
+        law(
+            "sensor_range",
+            &[("share", 0.6), ("from_kpa", 440.0)],
+            "parameters.a = { range = [0, 1], absent = 0, start = [0.4] }\nparameters.from_kpa = { range = [10, 2000], log = true, start = [425, 435, 445] }\nacts.pressure_extensor_kpa = \"pe - a * max(pe - p_atm - from_kpa, 0)\"",
+            &["pe"],
+        ),
+        law(
+            "frame_bending",
+            &[("mm_kpa", 4e-4)],
+            "parameters.c = { range = [-1, 1], absent = 0, start = [2e-4] }\nacts.position_mm = \"x + c * (pf - pe)\"",
+            &["pe", "pf"],
+        ),
+    ];
+    all.iter_mut().for_each(|law| law.psi = THIRD_OUTSIDE_CONDITIONS);
+    all
+}
+
 /// Gauge pressures of the recordings, psi.
 const CONDITIONS: [[f64; 2]; 3] = [[40.0, 40.0], [70.0, 45.0], [35.0, 60.0]];
 /// Those with laws that were written after the search.
@@ -557,6 +636,8 @@ const LAST_CONDITIONS: [[f64; 2]; 3] = [[60.0, 45.0], [35.0, 50.0], [50.0, 65.0]
 const OUTSIDE_CONDITIONS: [[f64; 2]; 3] = [[65.0, 40.0], [40.0, 55.0], [60.0, 70.0]];
 /// Those with further laws that were written without knowledge of the search.
 const SECOND_OUTSIDE_CONDITIONS: [[f64; 2]; 3] = [[40.0, 65.0], [70.0, 60.0], [50.0, 35.0]];
+/// Those with a third list of laws that were written without knowledge of the search.
+const THIRD_OUTSIDE_CONDITIONS: [[f64; 2]; 3] = [[62.0, 38.0], [45.0, 65.0], [55.0, 50.0]];
 /// Length of a recording of the study, s.
 pub const LENGTH_S: f64 = 20.0;
 /// Length of one of the published protocol, s.

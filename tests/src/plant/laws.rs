@@ -126,6 +126,26 @@ pub(super) struct Laws {
     encoder_interpolation: [f64; 2],
     /// The reading of x has `c z` with `ż = (F² − z)/τ` for the force F of the motor: mm/N², s.
     warming_encoder: [f64; 2],
+    /// `−c (1 − z) v` with `ż = |v| (1 − z)/d − z/τ`, a grease that is broken down by shear and builds up again: mN s/mm, mm, s.
+    thixotropy: [f64; 3],
+    /// `k max(−x − x₀, 0)^(3/2)`, a round bumper (Hertz): mN/mm^(3/2), mm.
+    hertz_stop: [f64; 2],
+    /// `−c v / (1 + (v/w)²)`, an eddy-current brake: mN s/mm, mm/s.
+    eddy_brake: [f64; 2],
+    /// `−c (P_f + P_e − 2 P_atm) x³`, a braid that locks: mN/(mm³ kPa).
+    pressure_hardening: f64,
+    /// `−c F sin(2π x/p)` for the force F of the motor: 1, mm.
+    torque_ripple: [f64; 2],
+    /// Dry friction `c exp(−(x/w)²)`, a seal that has settled in the middle: mN, mm.
+    seal_ridge: [f64; 2],
+    /// Air from flexor to extensor `c max(P_f − P_e, 0)`: g/(s kPa).
+    check_valve: f64,
+    /// P_f and P_e have `c z` with `ż = (|v| − z)/τ`, air that is warmed by the rubbing braid: kPa s/mm, s.
+    friction_heat: [f64; 2],
+    /// The reading of P_e has `−a max(P_e − P_atm − p₀, 0)`, near the end of its range: 1, kPa.
+    sensor_range: [f64; 2],
+    /// The reading of x has `c (P_f − P_e)`, a frame that bends: mm/kPa.
+    frame_bending: f64,
 }
 
 /// What the laws remember.
@@ -157,6 +177,10 @@ pub(super) struct Kept {
     strain_mm: f64,
     /// Low-passed square of the force of the motor that warms the encoder, N².
     encoder_heat_n2: f64,
+    /// Share of the structure of a grease that shear has broken down.
+    broken: f64,
+    /// Low-passed speed that warms the air, mm/s.
+    rubbed_mm_s: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -246,6 +270,18 @@ impl Laws {
                 self.encoder_interpolation = [v("amplitude_mm"), v("pitch_mm")];
             }
             "warming_encoder" => self.warming_encoder = [v("mm_n2"), v("tau_s")],
+            "thixotropic_damping" => {
+                self.thixotropy = [1e3 * v("n_s_mm"), v("shear_mm"), v("tau_s")];
+            }
+            "hertz_stop" => self.hertz_stop = [1e3 * v("n_mm1p5"), v("from_mm")],
+            "eddy_brake" => self.eddy_brake = [1e3 * v("n_s_mm"), v("mm_s")],
+            "pressure_hardening" => self.pressure_hardening += 1e3 * v("n_mm3_kpa"),
+            "torque_ripple" => self.torque_ripple = [v("share"), v("pitch_mm")],
+            "seal_ridge" => self.seal_ridge = [1e3 * v("n"), v("width_mm")],
+            "check_valve" => self.check_valve += v("g_s_kpa"),
+            "friction_heat" => self.friction_heat = [v("kpa_s_mm"), v("tau_s")],
+            "sensor_range" => self.sensor_range = [v("share"), v("from_kpa")],
+            "frame_bending" => self.frame_bending += v("mm_kpa"),
             _ => return false,
         }
         true
@@ -284,7 +320,10 @@ impl Laws {
             - self.motor_heating[0] * kept.motor_heat_n2 * motor_mn
             - self.hose_spring * gauge[0] * x
             - self.braid_brake * gauge[1] * v.max(0.0)
-            + self.strain_softening[0] * kept.strain_mm * x;
+            + self.strain_softening[0] * kept.strain_mm * x
+            - self.thixotropy[0] * (1.0 - kept.broken) * v
+            + self.hertz_stop[0] * (-x - self.hertz_stop[1]).max(0.0).powf(1.5)
+            - self.pressure_hardening * both * x * x * x;
         if t >= 0.0 {
             let [force, frequency, phase] = self.fan;
             total += force * (TAU * frequency * t + phase).sin();
@@ -324,13 +363,23 @@ impl Laws {
         {
             total += force * (1.0 - (-t.max(0.0) / time).exp());
         }
+        if let [damping, width] = self.eddy_brake
+            && damping != 0.0
+        {
+            total -= damping * v / (1.0 + (v / width).powi(2));
+        }
+        if let [share, pitch] = self.torque_ripple
+            && share != 0.0
+        {
+            total -= share * motor_mn * (TAU * x / pitch).sin();
+        }
         total
     }
 
     /// Largest dry friction, mN.
     pub(super) fn dry_mn(&self, now: Moment, kept: Kept) -> f64 {
         let gauge = now.kpa.map(|p| p - ATMOSPHERE_KPA);
-        self.flexor_friction * gauge[0]
+        let mut dry = self.flexor_friction * gauge[0]
             + self.pressure_friction * (gauge[0] + gauge[1])
             + self.edge_friction * now.x.abs()
             + self.extensor_friction * gauge[1]
@@ -338,7 +387,13 @@ impl Laws {
             + self.lasting_friction[0] * kept.lasting_mn
             + self.braid_friction * gauge[0] * now.x.abs()
             + self.gear_friction * now.motor_mn.abs()
-            + self.tilt_friction * (gauge[0] - gauge[1]).abs()
+            + self.tilt_friction * (gauge[0] - gauge[1]).abs();
+        if let [force, width] = self.seal_ridge
+            && force != 0.0
+        {
+            dry += force * (-(now.x / width).powi(2)).exp();
+        }
+        dry
     }
 
     /// The memory states after `dt` s at constant displacement, velocity and force.
@@ -349,6 +404,14 @@ impl Laws {
         let [_, slip] = self.pressure_hysteresis;
         let [_, series_s] = self.pressure_relaxation;
         let [_, heat_s] = self.heated_air;
+        let [_, shear_mm, rest_s] = self.thixotropy;
+        let broken = if shear_mm > 0.0 && rest_s > 0.0 {
+            let breaking = v.abs() / shear_mm;
+            let rate = breaking + 1.0 / rest_s;
+            kept.broken + (breaking / rate - kept.broken) * (1.0 - (-rate * dt).exp())
+        } else {
+            kept.broken
+        };
         Kept {
             path_mn: low_passed(kept.path_mn, motor_mn, self.second_path[1]),
             heat: low_passed(kept.heat, v * v, self.warming[1]),
@@ -371,6 +434,8 @@ impl Laws {
                 (1e-3 * motor_mn).powi(2),
                 self.warming_encoder[1],
             ),
+            broken,
+            rubbed_mm_s: low_passed(kept.rubbed_mm_s, v.abs(), self.friction_heat[1]),
         }
     }
 
@@ -380,7 +445,8 @@ impl Laws {
         let lost = self.moving_leak * over_air * v.abs() + self.square_leak * over_air.powi(2);
         let over = kpa[0] - kpa[1];
         let passed = self.turbulent_crosstalk * over * over.abs()
-            + self.opening_crosstalk * over * x.max(0.0);
+            + self.opening_crosstalk * over * x.max(0.0)
+            + self.check_valve * over.max(0.0);
         let lost_by_extensor = self.stretch_leak * (kpa[1] - ATMOSPHERE_KPA) * x.max(0.0);
         let [per_kpa, from_kpa] = self.opening_seal;
         let blown_off = per_kpa * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0);
@@ -390,22 +456,26 @@ impl Laws {
     /// What the pressures have beyond those of the gas law, kPa.
     pub(super) fn heated_kpa(&self, kept: Kept) -> [f64; 2] {
         let more = self.heated_air[0] * kept.compressed_mm;
-        [-more, more]
+        let rubbed = self.friction_heat[0] * kept.rubbed_mm_s;
+        [-more + rubbed, more + rubbed]
     }
 
     /// Readings of the pressures for true ones, kPa, at a displacement, mm, and a force of the motor, mN.
     pub(super) fn readings(&self, kpa: [f64; 2], x: f64, motor_mn: f64) -> [f64; 2] {
+        let [compressed, from_kpa] = self.sensor_range;
         [
             kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2)
                 - self.supply_sag * motor_mn.abs(),
-            kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x,
+            kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x
+                - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0),
         ]
     }
 
-    /// Reading of the displacement for the true one, mm.
-    pub(super) fn reading_mm(&self, x: f64, kept: Kept) -> f64 {
+    /// Reading of the displacement for the true one, mm, at pressures, kPa.
+    pub(super) fn reading_mm(&self, x: f64, kpa: [f64; 2], kept: Kept) -> f64 {
         let mut reading = x + self.bent_position * x * x - self.hall_position * x.powi(3)
-            + self.warming_encoder[0] * kept.encoder_heat_n2;
+            + self.warming_encoder[0] * kept.encoder_heat_n2
+            + self.frame_bending * (kpa[0] - kpa[1]);
         if let [amplitude, pitch] = self.encoder_interpolation
             && amplitude != 0.0
         {
