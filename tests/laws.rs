@@ -36,6 +36,8 @@ enum List {
     Outside,
     /// Those that were written without knowledge of it after it was changed on these; seeds from 501 on.
     SecondOutside,
+    /// Those that were written without knowledge of it after it was changed on these as well; seeds from 601 on.
+    ThirdOutside,
 }
 
 impl List {
@@ -48,6 +50,7 @@ impl List {
             Self::Last => (laws::last(), 301),
             Self::Outside => (laws::outside(), 401),
             Self::SecondOutside => (laws::second_outside(), 501),
+            Self::ThirdOutside => (laws::third_outside(), 601),
         }
     }
 }

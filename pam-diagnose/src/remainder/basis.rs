@@ -127,6 +127,7 @@ fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
                 vec![of(Function::Absolute), Factor::of(v, Function::Saturated, width)]
             }));
             if variables[k].kind == VariableKind::Turning {
+                all.push(vec![of(Function::Linear)]);
                 all.push(vec![of(Function::Square), plain(k, Function::Linear)]);
                 let moving = |x: &&usize| place.rich && variables[**x].kind == VariableKind::Moving;
                 let others = place.variables.iter().filter(moving);
