@@ -3,7 +3,7 @@
 use super::conclude::{concluded, ended};
 use super::data::Data;
 use super::design::Design;
-use super::library::{extensions, library};
+use super::library::{extensions, library, neighbours};
 use super::refine::{Proposal, Tried, preferred, proposals, refine};
 use super::result::{Replaced, TAKEN};
 use super::screen::{Screened, blocks, columns, sums};
@@ -339,15 +339,7 @@ fn search(
     let rpo = about.rows_per_observation;
     let mut known = proposals(space, ground, &screen.sums, &[]);
     let mut tried = refine(space, ground, &known, rpo)?;
-    // A product with a further factor takes no number, and neither the correction nor the noise beside it need know of it.
-    if let Some(one) = tried.iter().find(|t| t.terms.len() == 1) {
-        let products = extensions(&one.terms, space.variables(), space.places());
-        let sums: Vec<Vec<Term>> = products.into_iter().map(|t| vec![t]).collect();
-        let more = proposals(space, ground, &sums, &known);
-        tried.extend(refine(space, ground, &more, rpo)?);
-        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
-        known.extend(more);
-    }
+    vary(space, ground, rpo, (&mut known, &mut tried))?;
     for round in 0..settings.rounds {
         done(round as f64 / settings.rounds as f64);
         let Some(best) = preferred(&tried, ground) else { break };
@@ -367,6 +359,40 @@ fn search(
         }
     }
     Ok(tried)
+}
+
+/// Most terms of a law whose neighbours are tried.
+const VARIED: usize = 2;
+
+/// Neighbours of the best law of one term and of the preferred one, as long as they get better: the correction from which laws are
+/// screened, and the noise beside it, need not know of the function or the factor that is right.
+fn vary(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    rows_per_observation: f64,
+    (known, tried): (&mut Vec<Proposal>, &mut Vec<Tried>),
+) -> Result<(), DiagnoseError> {
+    let (variables, places) = (space.variables(), space.places());
+    for _ in 0..=ground.settings.remainder.rounds {
+        let one = tried.iter().find(|t| t.terms.len() == 1).cloned();
+        let short = preferred(tried, ground).filter(|t| (2..=VARIED).contains(&t.terms.len()));
+        let totals = |tried: &[Tried]| {
+            let least = |t: Option<&Tried>| t.map_or(f64::INFINITY, |t| t.total);
+            [least(tried.first()), least(tried.iter().find(|t| t.terms.len() == 1))]
+        };
+        let before = totals(tried);
+        let bases = one.iter().chain(&short);
+        let sets: Vec<Vec<Term>> =
+            bases.flat_map(|t| neighbours(&t.terms, variables, places)).collect();
+        let more = proposals(space, ground, &sets, known);
+        tried.extend(refine(space, ground, &more, rows_per_observation)?);
+        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
+        known.extend(more);
+        if totals(tried).iter().zip(before).all(|(now, before)| *now > before - WORTH) {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// Sums of terms about a law, with products of its terms.

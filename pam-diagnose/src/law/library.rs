@@ -13,6 +13,9 @@ const PRESSURE_THRESHOLDS: [f64; 3] = [0.6, 0.85, 1.1];
 const STIFFENINGS: [f64; 2] = [0.8, 0.3];
 /// Time constants, s.
 const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
+/// Functions of a variable that are remembered.
+const LAGGED: [Function; 4] =
+    [Function::Linear, Function::Absolute, Function::Square, Function::SignedSquare];
 /// Widths of slip elements, relative to the typical size.
 const SLIPS: [f64; 3] = [0.1, 0.25, 0.6];
 
@@ -52,12 +55,12 @@ static OF_MOTION: [Function; 14] = [
 
 /// The functions of a variable or of its low-pass, at their scales.
 pub(crate) fn functions(variable: &Variable) -> &'static [Function] {
-    use Function::{Above, Absolute, Linear, SignedSquare, Square};
+    use Function::{Above, Absolute, Linear, Negative, Positive, SignedSquare, Square};
     match variable.kind {
         VariableKind::Moving => &OF_MOTION[..OF_MOTION.len() - 1],
         VariableKind::Turning => &OF_MOTION,
         VariableKind::Slow | VariableKind::Combined if variable.signed => {
-            &[Linear, Absolute, Square, SignedSquare]
+            &[Linear, Absolute, Square, SignedSquare, Positive, Negative]
         }
         VariableKind::Slow => &[Linear, Square],
         VariableKind::Combined => &[Linear, Square, Above],
@@ -78,6 +81,54 @@ pub(crate) fn at_scales(factor: Factor, kind: VariableKind, size: f64) -> Vec<Fa
     scales.iter().map(|s| Factor { scale: s * size, ..factor }).collect()
 }
 
+/// Laws that differ from a law in one term: in the function of one of its factors, without one of them, or with a further one.
+pub(crate) fn neighbours(law: &[Term], variables: &[Variable], places: &[Place]) -> Vec<Vec<Term>> {
+    let mut all = Vec::new();
+    for (k, term) in law.iter().enumerate() {
+        let mut others = extensions(std::slice::from_ref(term), variables, places);
+        for (i, factor) in term.factors.iter().enumerate() {
+            let with = |other: Factor| {
+                let mut factors = term.factors.clone();
+                factors[i] = other;
+                term.with_factors(factors, variables, places)
+            };
+            others.extend(siblings(*factor, variables).into_iter().map(with));
+            if term.factors.len() > 1 {
+                let mut factors = term.factors.clone();
+                factors.remove(i);
+                others.push(term.with_factors(factors, variables, places));
+            }
+        }
+        all.extend(others.into_iter().map(|other| {
+            let mut terms = law.to_vec();
+            terms[k] = other;
+            terms
+        }));
+    }
+    all
+}
+
+/// Other functions of what a factor is a function of, each at one scale; of what is remembered, other functions that drive it.
+fn siblings(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
+    let variable = &variables[factor.variable];
+    match factor.lag {
+        Some(Lag::LowPass { of, time_s }) => {
+            let with = |of| Factor { lag: Some(Lag::LowPass { of, time_s }), ..factor };
+            LAGGED.into_iter().filter(|f| *f != of).map(with).collect()
+        }
+        Some(Lag::Slip { .. }) => Vec::new(),
+        None => {
+            let others = functions(variable).iter().filter(|f| **f != factor.function);
+            let middle = |f: &Function| {
+                let of = Factor::of(factor.variable, *f, 1.0);
+                let scales = at_scales(of, variable.kind, variable.size);
+                scales.get(scales.len() / 2).copied()
+            };
+            others.filter_map(middle).collect()
+        }
+    }
+}
+
 /// Products of the terms of a law with one factor more, about as large as these are.
 pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place]) -> Vec<Term> {
     let mut all: Vec<Term> = Vec::new();
@@ -89,10 +140,7 @@ pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place])
             for more in companions(k, variables) {
                 let mut factors = term.factors.clone();
                 factors.push(more);
-                let mut product = Term::new(term.place, factors, variables, places);
-                product.coefficient =
-                    term.coefficient * term.size(variables) / product.size(variables);
-                all.push(product);
+                all.push(term.with_factors(factors, variables, places));
             }
         }
     }
@@ -177,7 +225,7 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
         .filter(|k| variables[*k].kind == VariableKind::Moving)
         .collect();
     for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {
-        for of in [Linear, Absolute, Square, SignedSquare] {
+        for of in LAGGED {
             for time_s in LAGS_S {
                 let lagged =
                     Factor { lag: Some(Lag::LowPass { of, time_s }), ..Factor::of(k, Linear, 1.0) };
@@ -200,8 +248,9 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             }
         }
     }
-    let as_large_as = slow.iter().filter(|_| place.rich);
-    let pressures: Vec<Factor> = as_large_as.map(|&s| Factor::of(s, Linear, 1.0)).collect();
-    all.extend(repeating(place, variables, &SLIPS, &pressures));
+    let drives = moving.iter().filter(|k| variables[**k].change.is_none());
+    let as_large_as = slow.iter().chain(drives).filter(|_| place.rich);
+    let companions: Vec<Factor> = as_large_as.map(|&s| Factor::of(s, Linear, 1.0)).collect();
+    all.extend(repeating(place, variables, &SLIPS, &companions));
     all
 }

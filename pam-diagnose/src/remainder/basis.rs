@@ -137,13 +137,15 @@ fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             }
         }
     }
-    // Where the motion turned, and what repeats along it: alone, and for a force as large as the pressures are.
-    let pressures: Vec<Factor> = place
+    // Where the motion turned, and what repeats along it: alone, and for a force as large as the pressures or the drive are.
+    let drives =
+        |k: usize| variables[k].kind == VariableKind::Moving && variables[k].change.is_none();
+    let companions: Vec<Factor> = place
         .variables
         .iter()
-        .filter(|k| place.rich && variables[**k].is_pressure())
+        .filter(|k| place.rich && (variables[**k].is_pressure() || drives(**k)))
         .map(|&k| plain(k, Function::Linear))
         .collect();
-    all.extend(repeating(place, variables, &SLIPS, &pressures));
+    all.extend(repeating(place, variables, &SLIPS, &companions));
     all
 }

@@ -176,6 +176,19 @@ impl Term {
         term
     }
 
+    /// Other factors in the place of its own, with a coefficient that makes them about as large.
+    #[must_use]
+    pub fn with_factors(
+        &self,
+        factors: Vec<Factor>,
+        variables: &[Variable],
+        places: &[Place],
+    ) -> Self {
+        let mut other = Self::new(self.place, factors, variables, places);
+        other.coefficient = self.coefficient * self.size(variables) / other.size(variables);
+        other
+    }
+
     /// The typical size of the product of the factors.
     #[must_use]
     pub fn size(&self, variables: &[Variable]) -> f64 {
