@@ -1,7 +1,7 @@
 //! Terms and laws as text.
 
 use crate::fit::Interval;
-use crate::terms::{Factor, Lag, Term, TermSpace};
+use crate::terms::{Factor, Lag, Term, TermSpace, as_quotient};
 use crate::test_set::ErrorReduction;
 use pam_core::units::significant;
 
@@ -75,7 +75,8 @@ fn product(term: &Term, space: &dyn TermSpace) -> String {
 pub(super) fn written(terms: &[Term], space: &dyn TermSpace) -> String {
     let one = |t: &Term| {
         let (c, product) = (significant(t.coefficient, 4), product(t, space));
-        format!("{}: {c} * {product}", space.places()[t.place].id)
+        let text = as_quotient(&format!("{c} * {product}"));
+        format!("{}: {text}", space.places()[t.place].id)
     };
     terms.iter().map(one).collect::<Vec<_>>().join("; ")
 }

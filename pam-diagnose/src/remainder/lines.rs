@@ -87,18 +87,3 @@ fn power_at(series: &[f64], angle: f64) -> f64 {
     }
     re * re + im * im
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_power_of_a_sine_is_at_its_frequency() {
-        let series: Vec<f64> = (0..400).map(|k| (0.3 * f64::from(k) + 0.4).sin()).collect();
-        let series = windowed(&series);
-        let own = power_at(&series, 0.3);
-        assert!((own.sqrt() - 100.0).abs() < 1.0, "half of the window's sum is {}", own.sqrt());
-        assert!(power_at(&series, 0.4) < 1e-4 * own);
-        assert!(power_at(&series, 0.2) < 1e-4 * own);
-    }
-}

@@ -302,8 +302,7 @@ impl Writer<'_> {
     }
 
     fn add(&mut self, place: usize, text: &str) {
-        // A quotient reads better than a product with one.
-        let text = text.replace(" * 1 / ", " / ");
+        let text = as_quotient(text);
         match self.sums.iter_mut().find(|s| s.0 == place) {
             Some((_, sum)) => *sum += &format!(" + {text}"),
             None => self.sums.push((place, text)),
@@ -337,6 +336,11 @@ impl Writer<'_> {
             acts,
         }
     }
+}
+
+/// A product with the reciprocal of something as a quotient.
+pub(crate) fn as_quotient(text: &str) -> String {
+    text.replace(" * 1 / (", " / (")
 }
 
 /// A number in an expression.

@@ -12,6 +12,7 @@ mod space;
 mod term;
 mod unit;
 
+pub(crate) use definition::as_quotient;
 pub use definition::{Definition, Remembered, TermParameter};
 pub use function::Function;
 pub(crate) use repeating::repeating;
