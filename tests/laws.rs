@@ -4,13 +4,16 @@
 //! cargo build --release -p pam-tests --features studies --example laws --config 'profile.release.package.pam-tests.opt-level=3'
 //! target/release/examples/laws run            # resumable; into results/laws
 //! target/release/examples/laws run --only cubic
+//! target/release/examples/laws run --list outside --out results/laws/now/outside
 //! target/release/examples/laws tables         # criteria and tables, into results/laws
+//! target/release/examples/laws compare        # first runs with runs of the present search, into results/laws
 //! ```
 
 use clap::{Parser, Subcommand, ValueEnum};
 use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
 use pam_diagnose::DiagnosisSettings;
+use pam_experiment::certify::clopper_pearson;
 use pam_tests::laws::{self, HiddenLaw, LawOutcome, nulls, run_law, run_null};
 use serde_json::json;
 use std::fmt::Write;
@@ -53,6 +56,24 @@ impl List {
             Self::ThirdOutside => (laws::third_outside(), 601),
         }
     }
+
+    /// When and by whom it was written.
+    fn written(self) -> &'static str {
+        match self {
+            Self::Developed => "for the search",
+            Self::Unseen => "after the first search",
+            Self::Fresh => "after it was changed on these",
+            Self::Last => "after it was changed on these as well",
+            Self::Outside => "without knowledge of the search",
+            Self::SecondOutside => "without knowledge of it, after it was changed on those",
+            Self::ThirdOutside => "without knowledge of it, after it was changed on these as well",
+        }
+    }
+
+    /// Whether its author did not know the search.
+    fn is_blind(self) -> bool {
+        matches!(self, Self::Outside | Self::SecondOutside | Self::ThirdOutside)
+    }
 }
 
 #[derive(Parser)]
@@ -91,6 +112,12 @@ enum Action {
         #[arg(default_value = "results/laws")]
         folder: PathBuf,
     },
+    /// Compare the first run of the lists that the search had not seen (`first/LIST`) with a run of the present search (`now/LIST`).
+    Compare {
+        /// Folder with both.
+        #[arg(default_value = "results/laws")]
+        folder: PathBuf,
+    },
 }
 
 fn main() -> ExitCode {
@@ -101,6 +128,7 @@ fn main() -> ExitCode {
                 .and_then(|settings| run(&only, seeds, (list, length), &settings, &out))
         }
         Action::Tables { folder } => tables(&folder),
+        Action::Compare { folder } => compare(&folder),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -153,7 +181,8 @@ fn line(o: &LawOutcome) -> String {
     )
 }
 
-fn tables(folder: &Path) -> Result<(), String> {
+/// The outcomes in a folder, in the order of their ids.
+fn outcomes(folder: &Path) -> Result<Vec<LawOutcome>, String> {
     let told = |e: std::io::Error| format!("{}: {e}", folder.display());
     let mut paths: Vec<PathBuf> =
         std::fs::read_dir(folder).map_err(told)?.flatten().map(|e| e.path()).collect();
@@ -165,17 +194,19 @@ fn tables(folder: &Path) -> Result<(), String> {
         let text = std::fs::read_to_string(p).map_err(told)?;
         serde_json::from_str(&text).map_err(|e| format!("{}: {e}", p.display()))
     };
-    let all: Vec<LawOutcome> = paths.iter().map(read).collect::<Result<_, _>>()?;
-    let (hidden, nulls): (Vec<_>, Vec<_>) = all.iter().partition(|o| o.hidden);
-    let found = hidden.iter().filter(|o| o.is_found()).count();
-    let wrongly = hidden.iter().filter(|o| o.verdict == "explained").count();
-    let laws = nulls.iter().filter(|o| o.law.is_some() || o.outcome == "correction").count();
-    let slowest =
-        |of: &dyn Fn(&LawOutcome) -> f64| hidden.iter().map(|o| of(o)).fold(0.0, f64::max);
+    paths.iter().map(read).collect()
+}
+
+fn is_called_explained(o: &LawOutcome) -> bool {
+    o.verdict == "explained"
+}
+
+/// The rows of the cases with a hidden law.
+fn cases<'o>(hidden: impl Iterator<Item = &'o LawOutcome>) -> String {
     let mut cases = String::from(
         "hidden law,named with --no-law,verdict with the law,law that is found,its numbers,found,own error reduction (%),CPU of the diagnosis (s),CPU of correction and law (s)\n",
     );
-    for o in &hidden {
+    for o in hidden {
         let numbers: Vec<String> = o
             .parameters
             .iter()
@@ -198,11 +229,33 @@ fn tables(folder: &Path) -> Result<(), String> {
             o.cpu_s[1]
         );
     }
+    cases
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    write_atomic(path, text.as_bytes()).map_err(|e| e.to_string())
+}
+
+fn write_json(path: &Path, value: &serde_json::Value) -> Result<(), String> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| e.to_string())?;
+    println!("{text}");
+    write(path, &format!("{text}\n"))
+}
+
+fn tables(folder: &Path) -> Result<(), String> {
+    let all = outcomes(folder)?;
+    let (hidden, nulls): (Vec<_>, Vec<_>) = all.iter().partition(|o| o.hidden);
+    let laws = nulls.iter().filter(|o| o.law.is_some() || o.outcome == "correction").count();
+    let slowest =
+        |of: &dyn Fn(&LawOutcome) -> f64| hidden.iter().map(|o| of(o)).fold(0.0, f64::max);
+    let cases = cases(hidden.iter().copied());
+    println!("{cases}");
+    write(&folder.join("cases.csv"), &cases)?;
     let summary = json!({
         "hidden": hidden.len(),
-        "found": found,
+        "found": hidden.iter().filter(|o| o.is_found()).count(),
         "with_memory": hidden.iter().filter(|o| o.is_found() && o.remembers).count(),
-        "called_explained": wrongly,
+        "called_explained": hidden.iter().filter(|o| is_called_explained(o)).count(),
         "nulls": nulls.len(),
         "nulls_with_law": laws,
         "slowest_s": slowest(&|o| o.cpu_s[1]),
@@ -210,11 +263,48 @@ fn tables(folder: &Path) -> Result<(), String> {
         "slowest_diagnosis_s": slowest(&|o| o.cpu_s[0]),
         "least_share": hidden.iter().filter_map(|o| o.reached()).fold(f64::INFINITY, f64::min),
     });
-    let summary = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())?;
-    println!("{cases}\n{summary}");
-    let write = |name: &str, text: &str| {
-        write_atomic(folder.join(name), text.as_bytes()).map_err(|e| e.to_string())
-    };
-    write("cases.csv", &cases)?;
-    write(SUMMARY, &format!("{summary}\n"))
+    write_json(&folder.join(SUMMARY), &summary)
+}
+
+/// Compares the first run of each list that the search had not seen with that of the present search.
+fn compare(folder: &Path) -> Result<(), String> {
+    let mut rows = String::from(
+        "laws,hidden,found in the first run,called explained in it,found now,called explained now\n",
+    );
+    let mut now = Vec::new();
+    let (mut blind_hidden, mut blind_found) = (0, 0);
+    for list in List::value_variants().iter().filter(|list| **list != List::Developed) {
+        let name = list.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+        let [first, last] = [folder.join("first").join(&name), folder.join("now").join(&name)];
+        let (first, last) = (outcomes(&first)?, outcomes(&last)?);
+        let found = |all: &[LawOutcome]| all.iter().filter(|o| o.is_found()).count();
+        let explained = |all: &[LawOutcome]| all.iter().filter(|o| is_called_explained(o)).count();
+        let counts = [found(&first), explained(&first), found(&last), explained(&last)];
+        let counts = counts.map(|n| n.to_string()).join(",");
+        let _ = writeln!(rows, "\"{}\",{},{counts}", list.written(), first.len());
+        if list.is_blind() {
+            blind_hidden += first.len();
+            blind_found += found(&first);
+        }
+        now.extend(last);
+    }
+    println!("{rows}");
+    let tables = folder.join("now");
+    write(&tables.join("lists.csv"), &rows)?;
+    write(&tables.join("cases.csv"), &cases(now.iter()))?;
+    let [low, high] = clopper_pearson(blind_found as u64, blind_hidden as u64, 0.95);
+    let slowest = |of: fn(&LawOutcome) -> f64| now.iter().map(of).fold(0.0, f64::max);
+    let summary = json!({
+        "blind_hidden": blind_hidden,
+        "blind_found": blind_found,
+        "blind_share": blind_found as f64 / blind_hidden as f64,
+        "blind_share_low": low,
+        "blind_share_high": high,
+        "now_hidden": now.len(),
+        "now_found": now.iter().filter(|o| o.is_found()).count(),
+        "now_called_explained": now.iter().filter(|o| is_called_explained(o)).count(),
+        "now_slowest_s": slowest(|o| o.cpu_s[1]),
+        "now_slowest_wall_s": slowest(|o| o.wall_s),
+    });
+    write_json(&tables.join("lists.json"), &summary)
 }

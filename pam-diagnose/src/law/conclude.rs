@@ -97,7 +97,7 @@ pub(super) fn concluded(
 ) -> Result<Rest, DiagnoseError> {
     let (space, ground) = data.whole;
     let law = allowed(space, ground, tried)?;
-    let law = law.map(|law| pruned(space, ground, about, law)).transpose()?;
+    let law = law.map(|law| pruned(space, ground, about, law));
     let Some(l) = law.as_ref().filter(|l| l.named.len() < ground.named.len()) else {
         return ended(space, ground, learned, about, tried, law.as_ref());
     };

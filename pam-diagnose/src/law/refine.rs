@@ -165,7 +165,7 @@ pub(crate) fn refine(
             let without = cost(&base)?;
             let helps = |h: &Hypothesis| cost(h).is_some_and(|cost| cost < without);
             let starts = || START_SHARES.into_iter().map(at);
-            let start = starts().find(helps).or_else(|| starts().last())?;
+            let start = starts().find(helps).or_else(|| starts().next_back())?;
             train.fit(start, 1).ok().map(|fit| (k, fit))
         };
         let mut going: Vec<(usize, Fit)> =

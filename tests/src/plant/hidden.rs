@@ -47,6 +47,7 @@ use std::collections::BTreeMap;
 /// | `bent_position` | `per_mm`: the reading of x has a share of its own square |
 /// | `worked_spring` | `n_s2_mm3`, `time_s`: a spring as stiff as the low-passed square of the velocity |
 /// | `loaded_damping` | `s_mm`, `time_s`: damping that grows with the low-passed size of the motor's force |
+/// | other laws | see the fields of `Laws` |
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hidden {
     /// Id.
