@@ -2,7 +2,7 @@
 
 use super::{HiddenLaw, law};
 
-/// Ten laws that were written after the search was changed on those of [`unseen`], two of them with memory, at other pressures.
+/// Ten laws that were written after the search was changed on those of [`unseen`](super::unseen), two of them with memory, at other pressures.
 ///
 /// # Panics
 /// Never.
