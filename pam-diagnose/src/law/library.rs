@@ -108,7 +108,7 @@ pub(crate) fn neighbours(law: &[Term], variables: &[Variable], places: &[Place])
     all
 }
 
-/// Other functions of what a factor is a function of, each at one scale; of what is remembered, other functions that drive it.
+/// The other functions of a factor's variable, each at one scale; for a low-pass, the other functions as its input.
 fn siblings(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
     let variable = &variables[factor.variable];
     match factor.lag {

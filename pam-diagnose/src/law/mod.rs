@@ -8,12 +8,12 @@
 //! 2. **Refinement.** The best sums of each length are fitted through the simulation with all of their numbers: coefficients,
 //!    scales and time constants. A force that saturates in the velocity is tried as set-valued dry friction as well. Validation
 //!    data and description length rank them.
-//! 3. **Neighbours.** The best laws of one and two terms are varied: another function, a factor less, a factor more. This does not
-//!    read the correction, which need not know what is right.
+//! 3. **Neighbours.** The best laws of one and two terms are varied: one function is replaced, or one factor removed or added. This
+//!    step does not use the correction, which may lack the right term.
 //! 4. **Rounds.** About the best law so far, the library and the products of its terms with further factors are screened
 //!    anew, until nothing better turns up.
 //! 5. **The shortest law** that leaves nearly as little in every channel is refitted to training and validation data, without terms
-//!    that these do not ask for. It takes the place of the correction if it removes most of what the correction removes, and the
+//!    that these data do not support. It takes the place of the correction if it removes most of what the correction removes, and the
 //!    test set confirms it.
 
 mod conclude;

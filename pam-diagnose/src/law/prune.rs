@@ -1,4 +1,4 @@
-//! Laws without terms that the data do not ask for.
+//! Removal of terms that the data do not support.
 
 use super::find::{About, diverges};
 use super::refine::Tried;
@@ -7,9 +7,8 @@ use crate::fit::{Fit, Hypothesis, Problem};
 use crate::remainder::{Dyn, Ground};
 use crate::terms::{Definition, Term, TermSpace};
 
-/// A law without the terms whose coefficients may be zero on training and validation data, as far as their error does not ask
-/// for them: one after the other, a term whose 95 % interval holds zero is left out where the rest, fitted anew, is as probable.
-/// What cannot be simulated stays out of account.
+/// Backward elimination on training and validation data: a term whose coefficient has a 95 % interval that contains zero is removed
+/// if the rest, fitted again, is at least as probable; then the next one. Laws that cannot be simulated are skipped.
 pub(super) fn pruned(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
@@ -17,18 +16,20 @@ pub(super) fn pruned(
     law: Tried,
 ) -> Tried {
     let mut law = law;
-    'shorter: while law.terms.len() > 1 {
-        let Ok(whole) = Fitted::of(space, ground, about, &law) else { break };
-        for k in whole.doubtful {
+    if law.terms.len() == 1 {
+        return law;
+    }
+    let Ok(mut whole) = Fitted::of(space, ground, about, &law) else { return law };
+    while law.terms.len() > 1 {
+        let shorter = whole.doubtful.iter().find_map(|&k| {
             let less = without(space, &law, k);
-            let Ok(fitted) = Fitted::of(space, ground, about, &less) else { continue };
-            if fitted.total <= whole.total {
-                law = less;
-                (law.terms, law.values) = (fitted.terms, fitted.values);
-                continue 'shorter;
-            }
-        }
-        break;
+            let fitted = Fitted::of(space, ground, about, &less).ok()?;
+            (fitted.total <= whole.total).then_some((less, fitted))
+        });
+        let Some((less, fitted)) = shorter else { break };
+        law = less;
+        (law.terms, law.values) = (fitted.terms.clone(), fitted.values.clone());
+        whole = fitted;
     }
     law
 }

@@ -57,8 +57,8 @@ impl Tried {
 const SAME_SCALE: f64 = 2.0;
 /// Laws that are followed after the first iteration, and how many more they get at once; the last of them get the rest.
 const FOLLOWED: [[usize; 2]; 2] = [[28, 1], [14, 3]];
-/// Shares of the coefficients of the screening from which a fit starts: the first one that leaves less than no law does. To first
-/// order, a law may seem much stronger than it is.
+/// Multiples of the coefficients of the screening from which a fit may start; it starts from the first one whose cost is below that
+/// without the law, because the linearised estimate can be several times too large.
 const START_SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 /// Laws that are fitted to the end.
 const FITTED: usize = 6;
@@ -151,8 +151,14 @@ pub(crate) fn refine(
         };
         rows.set_rows_per_observation(rows_per_observation);
         let train = &rows.choosing.train;
+        let base = |named: &[Member]| Hypothesis { members: named.to_vec(), ..train.base() };
+        let cost = |h: &Hypothesis| Some(train.cost(h, &train.errors(h).ok()?));
+        // Proposals stand beside all named causes or beside none.
+        let [beside_none, beside_all] = [&[][..], &ground.named].map(|named| cost(&base(named)));
         let start = |k: usize| {
-            let base = Hypothesis { members: proposals[k].named.clone(), ..train.base() };
+            let named = &proposals[k].named;
+            let without = if named.is_empty() { beside_none? } else { beside_all? };
+            let base = base(named);
             let at = |share: f64| {
                 let value = |p: &TermParameter| match p.absent {
                     Some(absent) => absent + share * (p.start - absent),
@@ -161,8 +167,6 @@ pub(crate) fn refine(
                 let values: Vec<f64> = definitions[k].parameters.iter().map(value).collect();
                 base.with(ground.listed + k, &values)
             };
-            let cost = |h: &Hypothesis| Some(train.cost(h, &train.errors(h).ok()?));
-            let without = cost(&base)?;
             let helps = |h: &Hypothesis| cost(h).is_some_and(|cost| cost < without);
             let starts = || START_SHARES.into_iter().map(at);
             let start = starts().find(helps).or_else(|| starts().next_back())?;

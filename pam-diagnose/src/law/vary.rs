@@ -1,4 +1,4 @@
-//! Laws that differ little from those that were found.
+//! Local search: laws that differ in one factor from the best ones.
 
 use super::find::WORTH;
 use super::library::neighbours;
@@ -10,8 +10,8 @@ use crate::terms::{Term, TermSpace};
 /// Most terms of a law whose neighbours are tried.
 const VARIED: usize = 2;
 
-/// Neighbours of the best law of one term and of the preferred one, as long as they get better: the correction from which laws are
-/// screened, and the noise beside it, need not know of the function or the factor that is right.
+/// Tries the neighbours of the best law of one term and of the preferred law, and repeats this while one of them improves. The
+/// correction from which laws are screened, and the noise learned with it, may lack the right function or factor.
 pub(super) fn vary(
     space: &dyn TermSpace,
     ground: &Ground<'_>,

@@ -1,4 +1,4 @@
-//! Periods of what a correction leaves.
+//! Periods of the strongest lines in the residual of a correction.
 
 use super::ground::Dyn;
 use crate::error::DiagnoseError;

@@ -284,7 +284,7 @@ pub fn run_law(
     let Some((found, before)) = found else { return outcome };
     let remainder = found.remainder.as_ref().expect("it was asked for");
     let Some(l) = &remainder.law else { return outcome };
-    // Friction turns with the velocity, whether the law says so or it is dry.
+    // A dry friction opposes the velocity, whether or not its level depends on it.
     let own: Vec<&str> = outcome.variables.iter().map(String::as_str).collect();
     let mut with_velocity = law.variables.to_vec();
     with_velocity.push("v");

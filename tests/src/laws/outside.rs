@@ -43,7 +43,7 @@ pub fn outside() -> Vec<HiddenLaw> {
             )
         },
         HiddenLaw {
-            // Friction turns with the velocity, whether the law says so or it is dry.
+            // A dry friction opposes the velocity, whether or not its level depends on it.
             or: &["pf", "v", "x"],
             ..law(
                 "braid_friction",

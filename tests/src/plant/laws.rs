@@ -453,7 +453,7 @@ impl Laws {
         [-lost - passed, passed - lost_by_extensor - blown_off]
     }
 
-    /// What the pressures have beyond those of the gas law, kPa.
+    /// Deviations of the pressures from the gas law, kPa.
     pub(super) fn heated_kpa(&self, kept: Kept) -> [f64; 2] {
         let more = self.heated_air[0] * kept.compressed_mm;
         let rubbed = self.friction_heat[0] * kept.rubbed_mm_s;
