@@ -41,6 +41,8 @@ enum List {
     SecondOutside,
     /// Those that were written without knowledge of it after it was changed on these as well; seeds from 601 on.
     ThirdOutside,
+    /// Those that were written without knowledge of it after it was changed on these too; seeds from 701 on.
+    FourthOutside,
 }
 
 impl List {
@@ -54,6 +56,7 @@ impl List {
             Self::Outside => (laws::outside(), 401),
             Self::SecondOutside => (laws::second_outside(), 501),
             Self::ThirdOutside => (laws::third_outside(), 601),
+            Self::FourthOutside => (laws::fourth_outside(), 701),
         }
     }
 
@@ -67,12 +70,16 @@ impl List {
             Self::Outside => "without knowledge of the search",
             Self::SecondOutside => "without knowledge of it, after it was changed on those",
             Self::ThirdOutside => "without knowledge of it, after it was changed on these as well",
+            Self::FourthOutside => "without knowledge of it, after it was changed on these too",
         }
     }
 
     /// Whether its author did not know the search.
     fn is_blind(self) -> bool {
-        matches!(self, Self::Outside | Self::SecondOutside | Self::ThirdOutside)
+        matches!(
+            self,
+            Self::Outside | Self::SecondOutside | Self::ThirdOutside | Self::FourthOutside
+        )
     }
 }
 

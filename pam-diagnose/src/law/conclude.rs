@@ -5,7 +5,7 @@ use super::design::Design;
 use super::find::{About, Renewed, Rest, UNCONFIRMED, diverges};
 use super::picture::Along;
 use super::prune::pruned;
-use super::refine::{Tried, dry_variant, preferred};
+use super::refine::{Tried, preferred, says_one_of};
 use super::result::{Law, RankedLaw, Replaced};
 use super::written::{acts, header, largest, variable_names, written};
 use crate::diagnosis::{Explainable, total};
@@ -116,7 +116,8 @@ pub(super) fn concluded(
 }
 
 /// The preferred one of the laws that may take the place of the named causes which do not stand beside them. A longer law that
-/// holds one of those, or its smooth picture, is no better name for it; a law all of whose terms are named already is none.
+/// holds one of those, or its smooth picture, is no better name for it, unless the rest of it beside the named causes is clearly
+/// less probable; a law all of whose terms are named already is none.
 fn allowed(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
@@ -124,14 +125,26 @@ fn allowed(
 ) -> Result<Option<Tried>, DiagnoseError> {
     space.with(&[], |system| {
         let id = |m: &Member| system.candidate(m.candidate).id;
-        let named: Vec<&str> = ground.named.iter().chain(&ground.rivals).map(id).collect();
-        let says = |t: &Term| {
-            let ids = [space.listed(t), space.listed(&dry_variant(space, t))];
-            ids.into_iter().flatten().any(|id| named.contains(&id))
+        let beside: Vec<&str> = ground.named.iter().map(id).collect();
+        let rivals: Vec<&str> = ground.rivals.iter().map(id).collect();
+        let named = [beside.clone(), rivals.clone()].concat();
+        let even = 2.0 * ground.settings.verdict.confusable_odds.ln();
+        let rest_does = |law: &Tried| {
+            let says = |t: &&Term| says_one_of(space, t, &beside);
+            let rest: Vec<&Term> = law.terms.iter().filter(|t| !says(t)).collect();
+            let is_rest = |t: &&Tried| {
+                t.named.len() == ground.named.len()
+                    && t.terms.len() == rest.len()
+                    && t.terms.iter().all(|t| rest.iter().any(|r| r.is_like(t)))
+            };
+            tried.iter().find(is_rest).is_some_and(|t| t.total < law.total + even)
         };
         let may = |law: &&Tried| {
             let gone = named.len().saturating_sub(law.named.len());
-            gone == 0 || law.terms.len() <= gone || !law.terms.iter().any(says)
+            let says = |names: &[&str]| law.terms.iter().any(|t| says_one_of(space, t, names));
+            gone == 0
+                || law.terms.len() <= gone
+                || !(says(&rivals) || (says(&beside) && rest_does(law)))
         };
         let left: Vec<Tried> = tried.iter().filter(may).cloned().collect();
         let restates = |law: &Tried| {
@@ -173,13 +186,13 @@ pub(super) fn ended(
         let last = Final { test, plain, base, corrected, seed: ground.seed };
         let fitted = match law.zip(of_law.as_ref()) {
             Some((l, definition)) => {
-                let members = Hypothesis { members: l.named.clone(), ..open.base() };
-                let start = members.with(ground.listed + corrections.len(), &l.values);
-                let fit = open.fit(start, iterations)?;
-                // Of what the correction removes from the open rows; the test set decides nothing but whether it is
-                // confirmed.
+                let fit = l.fitted_to(open, ground.listed + corrections.len(), iterations)?;
+                // It removes most of what the correction removes from the open rows, or is as probable as that with its many numbers;
+                // the test set decides nothing but whether it is confirmed.
                 let of_open = last.share_of_correction(&fit, |f| f.errors.chi_square());
-                let stands = of_open > settings.remainder.law_share
+                let as_probable =
+                    total(open, &fit) + 2.0 * l.length <= total(open, &last.corrected);
+                let stands = (of_open > settings.remainder.law_share || as_probable)
                     && is_more_probable(ground, open, l, &fit)?;
                 let reduction = stands.then(|| last.error_reduction(&fit));
                 reduction

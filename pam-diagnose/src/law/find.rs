@@ -4,7 +4,7 @@ use super::conclude::{concluded, ended};
 use super::data::Data;
 use super::design::Design;
 use super::library::{extensions, library};
-use super::refine::{Proposal, Tried, preferred, proposals, refine};
+use super::refine::{Searched, Tried, beside_named, preferred, proposals, refine};
 use super::result::{Replaced, TAKEN};
 use super::screen::{Screened, blocks, columns, sums};
 use super::vary::vary;
@@ -338,28 +338,29 @@ fn search(
 ) -> Result<Vec<Tried>, DiagnoseError> {
     let settings = &ground.settings.remainder;
     let rpo = about.rows_per_observation;
-    let mut known = proposals(space, ground, &screen.sums, &[]);
-    let mut tried = refine(space, ground, &known, rpo)?;
-    vary(space, ground, rpo, (&mut known, &mut tried))?;
+    let mut searched = Searched::default();
+    refine(space, ground, proposals(space, ground, &screen.sums, &[]), rpo, &mut searched)?;
+    vary(space, ground, about, &mut searched)?;
+    let beside = beside_named(space, ground, &searched)?;
+    refine(space, ground, beside, rpo, &mut searched)?;
     for round in 0..settings.rounds {
         done(round as f64 / settings.rounds as f64);
-        let Some(best) = preferred(&tried, ground) else { break };
+        let Some(best) = preferred(&searched.tried, ground) else { break };
         let as_good =
             |(own, least): (&f64, &f64)| *own < least.max(1.0) * (1.0 + settings.notable_rise);
         if best.chi.iter().zip(&about.chi).all(as_good) {
             break;
         }
-        let before = tried.first().map_or(f64::INFINITY, |t| t.total);
+        let total = |s: &Searched| s.tried.first().map_or(f64::INFINITY, |t| t.total);
+        let before = total(&searched);
         let sums = again(space, ground, &best, (about, screen))?;
-        let more: Vec<Proposal> = proposals(space, ground, &sums, &known);
-        tried.extend(refine(space, ground, &more, rpo)?);
-        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
-        known.extend(more);
-        if tried.first().is_none_or(|t| t.total > before - WORTH) {
+        let more = proposals(space, ground, &sums, &searched.known);
+        refine(space, ground, more, rpo, &mut searched)?;
+        if total(&searched) > before - WORTH {
             break;
         }
     }
-    Ok(tried)
+    Ok(searched.tried)
 }
 
 /// Sums of terms about a law, with products of its terms.
@@ -378,9 +379,8 @@ fn again(
         let start = Hypothesis { members: law.named.clone(), ..ground.start(system) };
         let mut rows = ground.rows(system, &start).ok_or_else(diverges)?;
         rows.set_rows_per_observation(about.rows_per_observation);
-        let start = Hypothesis { members: law.named.clone(), ..rows.whole.base() };
-        let start = start.with(ground.listed, &law.values);
-        let fit = rows.whole.fit(start, ground.settings.remainder.iterations)?;
+        let iterations = ground.settings.remainder.iterations;
+        let fit = law.fitted_to(&rows.whole, ground.listed, iterations)?;
         let h = &fit.hypothesis;
         let design = Design::at(&rows.whole, h)?;
         let columns = columns((&rows.whole, h), &design, &terms, ground.listed + 1);

@@ -7,6 +7,8 @@ const THRESHOLDS: [f64; 3] = [0.2, 0.45, 0.7];
 const WIDTHS: [f64; 3] = [0.05, 0.2, 0.6];
 const DECAYS: [f64; 2] = [0.1, 0.4];
 const BELLS: [f64; 2] = [0.15, 0.5];
+/// Time constants of what fades in the course of a recording, relative to the longest recording.
+const FADINGS: [f64; 3] = [0.1, 0.3, 1.0];
 /// Thresholds of gauge pressures, relative to their typical size: what only acts above a pressure.
 const PRESSURE_THRESHOLDS: [f64; 3] = [0.6, 0.85, 1.1];
 /// A scale at which a stiffening is a cube, and one at which it is nearly an exponential function.
@@ -14,13 +16,13 @@ const STIFFENINGS: [f64; 2] = [0.8, 0.3];
 /// Time constants, s.
 const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
 /// Functions of a variable that are remembered.
-const LAGGED: [Function; 4] =
+pub(super) const LAGGED: [Function; 4] =
     [Function::Linear, Function::Absolute, Function::Square, Function::SignedSquare];
 /// Widths of slip elements, relative to the typical size.
 const SLIPS: [f64; 3] = [0.1, 0.25, 0.6];
 
 /// Most factors of a term.
-const MOST_FACTORS: usize = 3;
+pub(super) const MOST_FACTORS: usize = 3;
 
 /// All terms of up to two factors at the places of some families, each at a few scales.
 pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Place]) -> Vec<Term> {
@@ -55,13 +57,14 @@ static OF_MOTION: [Function; 14] = [
 
 /// The functions of a variable or of its low-pass, at their scales.
 pub(crate) fn functions(variable: &Variable) -> &'static [Function] {
-    use Function::{Above, Absolute, Linear, Negative, Positive, SignedSquare, Square};
+    use Function::{Above, Absolute, Fading, Linear, Negative, Positive, SignedSquare, Square};
     match variable.kind {
         VariableKind::Moving => &OF_MOTION[..OF_MOTION.len() - 1],
         VariableKind::Turning => &OF_MOTION,
         VariableKind::Slow | VariableKind::Combined if variable.signed => {
             &[Linear, Absolute, Square, SignedSquare, Positive, Negative]
         }
+        VariableKind::Slow if variable.is_time() => &[Linear, Square, Fading],
         VariableKind::Slow => &[Linear, Square],
         VariableKind::Combined => &[Linear, Square, Above],
     }
@@ -76,57 +79,10 @@ pub(crate) fn at_scales(factor: Factor, kind: VariableKind, size: f64) -> Vec<Fa
         Function::Saturated => &WIDTHS,
         Function::Decaying => &DECAYS,
         Function::Peaked => &BELLS,
+        Function::Fading => &FADINGS,
         _ => &[1.0],
     };
     scales.iter().map(|s| Factor { scale: s * size, ..factor }).collect()
-}
-
-/// Laws that differ from a law in one term: in the function of one of its factors, without one of them, or with a further one.
-pub(crate) fn neighbours(law: &[Term], variables: &[Variable], places: &[Place]) -> Vec<Vec<Term>> {
-    let mut all = Vec::new();
-    for (k, term) in law.iter().enumerate() {
-        let mut others = extensions(std::slice::from_ref(term), variables, places);
-        for (i, factor) in term.factors.iter().enumerate() {
-            let with = |other: Factor| {
-                let mut factors = term.factors.clone();
-                factors[i] = other;
-                term.with_factors(factors, variables, places)
-            };
-            others.extend(siblings(*factor, variables).into_iter().map(with));
-            if term.factors.len() > 1 {
-                let mut factors = term.factors.clone();
-                factors.remove(i);
-                others.push(term.with_factors(factors, variables, places));
-            }
-        }
-        all.extend(others.into_iter().map(|other| {
-            let mut terms = law.to_vec();
-            terms[k] = other;
-            terms
-        }));
-    }
-    all
-}
-
-/// The other functions of a factor's variable, each at one scale; for a low-pass, the other functions as its input.
-fn siblings(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
-    let variable = &variables[factor.variable];
-    match factor.lag {
-        Some(Lag::LowPass { of, time_s }) => {
-            let with = |of| Factor { lag: Some(Lag::LowPass { of, time_s }), ..factor };
-            LAGGED.into_iter().filter(|f| *f != of).map(with).collect()
-        }
-        Some(Lag::Slip { .. }) => Vec::new(),
-        None => {
-            let others = functions(variable).iter().filter(|f| **f != factor.function);
-            let middle = |f: &Function| {
-                let of = Factor::of(factor.variable, *f, 1.0);
-                let scales = at_scales(of, variable.kind, variable.size);
-                scales.get(scales.len() / 2).copied()
-            };
-            others.filter_map(middle).collect()
-        }
-    }
 }
 
 /// Products of the terms of a law with one factor more, about as large as these are.
@@ -147,17 +103,21 @@ pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place])
     all
 }
 
-fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
+pub(super) fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
     let Variable { kind, size, .. } = variables[variable];
     let of = |f: &Function| at_scales(Factor::of(variable, *f, 1.0), kind, size);
     functions(&variables[variable]).iter().flat_map(of).collect()
 }
 
 /// Factors that stand beside another one.
-fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
+pub(super) fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
     use Function::{Absolute, Linear, Outside, Peaked, Positive, Saturated, Square};
     let plain = |f| Factor::of(variable, f, 1.0);
     let Variable { kind, size, signed, .. } = variables[variable];
+    if variables[variable].is_time() {
+        let fading = Factor::of(variable, Function::Fading, FADINGS[1] * size);
+        return vec![plain(Linear), fading];
+    }
     match kind {
         VariableKind::Slow | VariableKind::Combined if signed => {
             vec![plain(Linear), plain(Absolute)]

@@ -8,7 +8,8 @@
 //! 2. **Refinement.** The best sums of each length are fitted through the simulation with all of their numbers: coefficients,
 //!    scales and time constants. A force that saturates in the velocity is tried as set-valued dry friction as well. Validation
 //!    data and description length rank them.
-//! 3. **Neighbours.** The best laws of one and two terms are varied: one function is replaced, or one factor removed or added. This
+//! 3. **Neighbours.** The best laws of one and two terms are varied: the function, the variable or the memory of one factor is
+//!    replaced, or one factor removed or added. What each variant would do is screened about the law, and the best are fitted. This
 //!    step does not use the correction, which may lack the right term.
 //! 4. **Rounds.** About the best law so far, the library and the products of its terms with further factors are screened
 //!    anew, until nothing better turns up.
@@ -21,6 +22,7 @@ mod data;
 mod design;
 mod find;
 mod library;
+mod neighbours;
 mod picture;
 mod prune;
 mod refine;

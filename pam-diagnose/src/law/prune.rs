@@ -68,9 +68,7 @@ impl Fitted {
             let mut rows = ground.rows(system, &start).ok_or_else(diverges)?;
             rows.set_rows_per_observation(about.rows_per_observation);
             let open = &rows.whole;
-            let start = Hypothesis { members: law.named.clone(), ..open.base() };
-            let fit = open
-                .fit(start.with(ground.listed, &law.values), ground.settings.search.iterations)?;
+            let fit = law.fitted_to(open, ground.listed, ground.settings.search.iterations)?;
             let values = fit.hypothesis.members.last().map_or(Vec::new(), |m| m.values.clone());
             Ok(Self {
                 terms: definition.with_values(&law.terms, &values),

@@ -1,8 +1,8 @@
 //! Laws through the simulation.
 
 use crate::error::DiagnoseError;
-use crate::fit::{Fit, Hypothesis, Member};
-use crate::remainder::Ground;
+use crate::fit::{Fit, Hypothesis, Member, Problem};
+use crate::remainder::{Dyn, Ground};
 use crate::search::Scored;
 use crate::terms::{Definition, Factor, Function, Term, TermParameter, TermSpace};
 use pam_core::parallel;
@@ -53,6 +53,35 @@ impl Tried {
     }
 }
 
+/// The laws of a search.
+#[derive(Debug, Default)]
+pub(super) struct Searched {
+    /// Proposals that were fitted to the end.
+    pub(super) known: Vec<Proposal>,
+    /// Fitted laws, best first.
+    pub(super) tried: Vec<Tried>,
+}
+
+/// Iterations of the nuisances alone.
+const NUISANCE_ITERATIONS: usize = 3;
+
+impl Tried {
+    /// The law, as a candidate of a problem, fitted to its rows: first the nuisances, which would otherwise move the law away from the
+    /// values that it has, then everything.
+    pub(super) fn fitted_to(
+        &self,
+        problem: &Problem<'_, Dyn<'_>>,
+        candidate: usize,
+        iterations: usize,
+    ) -> Result<Fit, DiagnoseError> {
+        let base = Hypothesis { members: self.named.clone(), ..problem.base() };
+        let mut start = base.with(candidate, &self.values);
+        start.fixed = start.members.len();
+        let nuisances = problem.fit(start, NUISANCE_ITERATIONS)?.hypothesis;
+        problem.fit(Hypothesis { fixed: 0, ..nuisances }, iterations)
+    }
+}
+
 /// Ratio of two scales or times below which two proposals are one.
 const SAME_SCALE: f64 = 2.0;
 /// Laws that are followed after the first iteration, and how many more they get at once; the last of them get the rest.
@@ -83,33 +112,40 @@ impl Proposal {
     }
 }
 
-/// Proposals from sets of terms: each without the named causes and with them, and with dry friction in place of its smooth
-/// picture. Those that are like known ones are left out.
-pub(crate) fn proposals(
+/// Proposals from sets of terms: each without the named causes and with them.
+pub(super) fn proposals(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
     sets: &[Vec<Term>],
     known: &[Proposal],
 ) -> Vec<Proposal> {
+    let both = |terms: &Vec<Term>| {
+        let is_short = terms.len() < ground.settings.remainder.terms;
+        let with = (!ground.named.is_empty() && is_short).then(|| ground.named.clone());
+        [Vec::new()].into_iter().chain(with).map(|named| (terms.clone(), named)).collect::<Vec<_>>()
+    };
+    with_dry_variants(space, sets.iter().flat_map(both), known)
+}
+
+/// Proposals of terms beside causes, and the same with dry friction in place of its smooth picture. Those that are like known ones
+/// are left out.
+pub(super) fn with_dry_variants(
+    space: &dyn TermSpace,
+    sets: impl IntoIterator<Item = (Vec<Term>, Vec<Member>)>,
+    known: &[Proposal],
+) -> Vec<Proposal> {
     let mut all: Vec<Proposal> = Vec::new();
     let family = |t: &Term| space.places()[t.place].family;
-    let mut add = |terms: Vec<Term>, named: Vec<Member>| {
-        // An effect with memory acts in one way.
-        let is_one = terms.windows(2).all(|t| family(&t[0]) == family(&t[1]));
-        if !is_one && terms.iter().any(Term::remembers) {
-            return;
-        }
-        let proposal = Proposal { terms, named };
-        if !known.iter().chain(&all).any(|p| p.is_like(&proposal)) {
-            all.push(proposal);
-        }
-    };
-    for terms in sets {
+    for (terms, named) in sets {
         let dry: Vec<Term> = terms.iter().map(|t| dry_variant(space, t)).collect();
-        for terms in [terms.clone()].into_iter().chain((dry != *terms).then_some(dry)) {
-            add(terms.clone(), Vec::new());
-            if !ground.named.is_empty() && terms.len() < ground.settings.remainder.terms {
-                add(terms, ground.named.clone());
+        let is_dry = dry != terms;
+        for terms in [terms].into_iter().chain(is_dry.then_some(dry)) {
+            // An effect with memory acts in one way.
+            let is_one = terms.windows(2).all(|t| family(&t[0]) == family(&t[1]));
+            let proposal = Proposal { terms, named: named.clone() };
+            let is_known = known.iter().chain(&all).any(|p| p.is_like(&proposal));
+            if (is_one || !proposal.terms.iter().any(Term::remembers)) && !is_known {
+                all.push(proposal);
             }
         }
     }
@@ -127,14 +163,44 @@ pub(crate) fn dry_variant(space: &dyn TermSpace, term: &Term) -> Term {
     level
 }
 
-/// Fits proposals to the training rows and scores them on training and validation rows, best first. After a few iterations
-/// only the most promising ones go on.
-pub(crate) fn refine(
+/// Whether a term, or the dry friction whose smooth picture it is, does what one of these listed causes does.
+pub(super) fn says_one_of(space: &dyn TermSpace, term: &Term, named: &[&str]) -> bool {
+    let ids = [space.listed(term), space.listed(&dry_variant(space, term))];
+    ids.into_iter().flatten().any(|id| named.contains(&id))
+}
+
+/// Of the best laws without the named causes, what they say beside these: a law that holds one of them is a shorter one beside it.
+pub(super) fn beside_named(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
-    proposals: &[Proposal],
+    searched: &Searched,
+) -> Result<Vec<Proposal>, DiagnoseError> {
+    space.with(&[], |system| {
+        let id = |m: &Member| system.candidate(m.candidate).id;
+        let named: Vec<&str> = ground.named.iter().map(id).collect();
+        let mut all: Vec<Proposal> = Vec::new();
+        for law in searched.tried.iter().filter(|t| t.named.is_empty()).take(FITTED) {
+            let says = |t: &&Term| says_one_of(space, t, &named);
+            let terms: Vec<Term> = law.terms.iter().filter(|t| !says(t)).cloned().collect();
+            let proposal = Proposal { terms, named: ground.named.clone() };
+            let is_known = searched.known.iter().chain(&all).any(|p| p.is_like(&proposal));
+            if (1..law.terms.len()).contains(&proposal.terms.len()) && !is_known {
+                all.push(proposal);
+            }
+        }
+        Ok(all)
+    })
+}
+
+/// Fits proposals to the training rows and scores them on training and validation rows. After a few iterations only the most
+/// promising ones go on; the others may be proposed again, from a better start.
+pub(super) fn refine(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    proposals: Vec<Proposal>,
     rows_per_observation: f64,
-) -> Result<Vec<Tried>, DiagnoseError> {
+    searched: &mut Searched,
+) -> Result<(), DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
     let define = |(k, p): (usize, &Proposal)| {
         Definition::law(&format!("law{}", k + 1), "", &p.terms, variables, places)
@@ -147,7 +213,7 @@ pub(crate) fn refine(
     let iterations = ground.settings.remainder.law_iterations;
     space.with(&definitions, |system| {
         let Some(mut rows) = ground.rows(system, &ground.start(system)) else {
-            return Ok(Vec::new());
+            return Ok(());
         };
         rows.set_rows_per_observation(rows_per_observation);
         let train = &rows.choosing.train;
@@ -187,6 +253,7 @@ pub(crate) fn refine(
                 (k, further.unwrap_or(fit))
             });
         }
+        searched.known.extend(going.iter().map(|(k, _)| proposals[*k].clone()));
         done.extend(going);
         let named = Hypothesis { members: ground.named.clone(), ..train.base() };
         let named = train.fit(named, ground.settings.remainder.iterations)?;
@@ -213,9 +280,9 @@ pub(crate) fn refine(
                 length,
             })
         });
-        let mut tried: Vec<Tried> = tried.into_iter().flatten().collect();
-        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
-        Ok(tried)
+        searched.tried.extend(tried.into_iter().flatten());
+        searched.tried.sort_by(|a, b| a.total.total_cmp(&b.total));
+        Ok(())
     })
 }
 

@@ -118,7 +118,16 @@ impl Scores<'_> {
         all
     }
 
-    /// The least squares of a set of columns.
+    /// The least squares of a set of columns; `None` if they are not independent.
+    pub(super) fn least_squares(
+        &self,
+        columns: &[Vec<f64>],
+        prices: &[f64],
+        set: &[usize],
+    ) -> Option<Selection> {
+        self.solved(columns, prices, set).map(|grown| grown.selection)
+    }
+
     fn solved(&self, columns: &[Vec<f64>], prices: &[f64], set: &[usize]) -> Option<Growing> {
         let (n, target) = (set.len(), &self.design.target);
         let entry = |i: usize, j: usize| dot(&columns[set[i]], &columns[set[j]]);

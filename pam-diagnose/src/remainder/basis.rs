@@ -6,6 +6,8 @@ use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, r
 const TURNING: [f64; 2] = [0.05, 0.4];
 /// Distances from zero at which a correction may bend, relative to the typical size.
 const BENDS: [f64; 2] = [0.3, 0.65];
+/// Time constant of what fades in the course of a recording, relative to the longest recording.
+const FADING: f64 = 0.25;
 /// Time constants of what a correction remembers, s.
 const LAGS_S: [f64; 3] = [0.1, 0.5, 2.5];
 /// Widths of slip elements, relative to the typical size.
@@ -21,13 +23,16 @@ pub(crate) fn smooth(family: usize, variables: &[Variable], places: &[Place]) ->
         .collect()
 }
 
-/// Terms that remember the variables or repeat along them, for every place of a family that can.
+/// Terms that fade with time, for every place of a family, and terms that remember the variables or repeat along them, where
+/// these can be.
 pub(crate) fn remembering(family: usize, variables: &[Variable], places: &[Place]) -> Vec<Term> {
     of_family(family, places)
-        .filter(|k| places[*k].remembers)
         .flat_map(|k| {
-            let products = lagged(&places[k], variables).into_iter();
-            products.map(move |factors| Term::new(k, factors, variables, places))
+            let mut products = fading(&places[k], variables);
+            if places[k].remembers {
+                products.extend(lagged(&places[k], variables));
+            }
+            products.into_iter().map(move |factors| Term::new(k, factors, variables, places))
         })
         .collect()
 }
@@ -104,6 +109,20 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     for &a in &moving {
         let others = moving.iter().filter(|b| **b != a);
         all.extend(others.map(|&b| vec![plain(a, Square), plain(b, Linear)]));
+    }
+    all
+}
+
+/// What is there at the beginning of a recording and fades, alone and as large as something that moves.
+fn fading(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
+    let is_moving =
+        |k: &&usize| matches!(variables[**k].kind, VariableKind::Moving | VariableKind::Turning);
+    let mut all = Vec::new();
+    for &time in place.variables.iter().filter(|k| variables[**k].is_time()) {
+        let fading = Factor::of(time, Function::Fading, FADING * variables[time].size);
+        all.push(vec![fading]);
+        let moving = place.variables.iter().filter(is_moving);
+        all.extend(moving.map(|&k| vec![fading, plain(k, Function::Linear)]));
     }
     all
 }

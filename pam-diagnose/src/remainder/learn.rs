@@ -31,8 +31,14 @@ pub(crate) struct Learned {
     chi: Vec<f64>,
     /// Minus two times their log-likelihood per row.
     pub(crate) deviance: f64,
+    /// Rows that were one observation.
+    rows_per_observation: f64,
 }
 
+/// Share of the rows of an observation below which corrections are fitted again with what the best of them leaves.
+const FEWER_ROWS: f64 = 0.8;
+/// Most times that they are.
+const AGAIN: usize = 3;
 /// Drop of the validation cost that an addition to a correction must bring.
 const WORTH: f64 = 10.0;
 /// Drop of the validation cost that is no chance: odds of ten nats.
@@ -106,6 +112,23 @@ impl Learned {
         })
     }
 
+    /// Rows over which what it leaves is correlated, of validation rows if these are more: it was not fitted to them.
+    fn correlated_rows(
+        &self,
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+    ) -> Result<f64, DiagnoseError> {
+        space.with(&self.definitions(space), |system| {
+            let Some(rows) = ground.rows(system, &ground.start(system)) else {
+                return Ok(f64::INFINITY);
+            };
+            let choosing = &rows.choosing;
+            let validated = choosing.on_validation(&self.hypothesis);
+            let validated = choosing.validation.correlated_rows(&validated)?;
+            Ok(choosing.train.correlated_rows(&self.hypothesis)?.max(validated))
+        })
+    }
+
     /// Whether next to nothing but noise is left.
     fn is_enough(&self, ground: &Ground<'_>) -> bool {
         let settings = &ground.settings.remainder;
@@ -121,6 +144,9 @@ struct Before<'a> {
     hypothesis: Hypothesis,
     /// Errors of the validation rows.
     errors: ChannelErrors,
+    /// Rows that count as one observation: as many as the residual of the causes is correlated over, or that of a correction
+    /// if one is known.
+    rows_per_observation: f64,
 }
 
 impl<'a> Before<'a> {
@@ -134,7 +160,8 @@ impl<'a> Before<'a> {
             let base = Hypothesis { members: ground.named.clone(), ..train.base() };
             let hypothesis = train.fit_to(base, iterations, converged)?.hypothesis;
             let errors = rows.choosing.validation_errors(&hypothesis)?;
-            Ok(Some(Self { ground, hypothesis, errors }))
+            let rows_per_observation = train.rows_per_observation;
+            Ok(Some(Self { ground, hypothesis, errors, rows_per_observation }))
         })
     }
 }
@@ -219,37 +246,24 @@ pub(crate) fn learn(
     ground: &Ground<'_>,
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Option<Learned>, DiagnoseError> {
-    let settings = &ground.settings.remainder;
     let (variables, places) = (space.variables(), space.places());
-    let iterations = settings.iterations;
-    let Some(before) = Before::of(space, ground)? else { return Ok(None) };
-    let before = &before;
+    let Some(mut before) = Before::of(space, ground)? else { return Ok(None) };
     let mut families: Vec<usize> = places.iter().map(|p| p.family).collect();
     families.sort_unstable();
     families.dedup();
-    let finished = Mutex::new(0);
-    let each: Result<Vec<Option<Learned>>, DiagnoseError> = parallel::map(families.len(), |k| {
-        let terms = smooth_of(families[k], space);
-        let found = fitted(space, before, &terms, settings.deviations[0], None, iterations);
-        // Reported under the lock, so that progress never goes back.
-        let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
-        *finished += 1;
-        done(0.6 * f64::from(*finished) / families.len() as f64);
-        found
-    })
-    .into_iter()
-    .collect();
-    let found = families.iter().zip(each?);
-    let mut alone: Vec<(usize, Learned)> =
-        found.filter_map(|(family, found)| Some((*family, found?))).collect();
-    // Many terms that remove the error of the training rows may go astray in validation rows that reach further: what removes
-    // most there is judged by the few terms that do it as well.
-    alone.sort_by(|a, b| a.1.train.total_cmp(&b.1.train));
-    let cut =
-        parallel::map(alone.len().min(CUT_DOWN), |k| sparse(space, before, alone[k].1.clone()));
-    for ((_, found), few) in alone.iter_mut().zip(cut) {
-        *found = few?;
+    let mut alone = each_family(space, &before, &families, &|share| done(0.3 * share))?;
+    // A slow error is few observations beside the causes, and many beside what explains it.
+    for _ in 0..AGAIN {
+        let best = alone.iter().min_by(|a, b| a.1.validation.total_cmp(&b.1.validation));
+        let Some((_, best)) = best else { break };
+        let rows = best.correlated_rows(space, ground)?;
+        if rows > FEWER_ROWS * before.rows_per_observation {
+            break;
+        }
+        before.rows_per_observation = rows;
+        alone = each_family(space, &before, &families, &|share| done(0.3 + 0.3 * share))?;
     }
+    let before = &before;
     // What the validation rows confirm comes before what is a little more probable and confirmed by none.
     let rank = |found: &Learned| (!found.is_learned(ground), found.validation);
     let best = alone.iter().min_by(|a, b| {
@@ -295,6 +309,41 @@ pub(crate) fn learn(
     }
     done(1.0);
     Ok(best.is_learned(ground).then_some(best))
+}
+
+/// The correction at the places of each family alone, those that leave least of the training rows first and cut down.
+fn each_family(
+    space: &dyn TermSpace,
+    before: &Before<'_>,
+    families: &[usize],
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<(usize, Learned)>, DiagnoseError> {
+    let settings = &before.ground.settings.remainder;
+    let finished = Mutex::new(0);
+    let each: Result<Vec<Option<Learned>>, DiagnoseError> = parallel::map(families.len(), |k| {
+        let terms = smooth_of(families[k], space);
+        let (deviation, iterations) = (settings.deviations[0], settings.iterations);
+        let found = fitted(space, before, &terms, deviation, None, iterations);
+        // Reported under the lock, so that progress never goes back.
+        let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
+        *finished += 1;
+        done(f64::from(*finished) / families.len() as f64);
+        found
+    })
+    .into_iter()
+    .collect();
+    let found = families.iter().zip(each?);
+    let mut alone: Vec<(usize, Learned)> =
+        found.filter_map(|(family, found)| Some((*family, found?))).collect();
+    // Many terms that remove the error of the training rows may go astray in validation rows that reach further: what removes
+    // most there is judged by the few terms that do it as well.
+    alone.sort_by(|a, b| a.1.train.total_cmp(&b.1.train));
+    let cut =
+        parallel::map(alone.len().min(CUT_DOWN), |k| sparse(space, before, alone[k].1.clone()));
+    for ((_, found), few) in alone.iter_mut().zip(cut) {
+        *found = few?;
+    }
+    Ok(alone)
 }
 
 /// A correction with the standard deviation of the prior that suits the validation rows best: from the one that it has, wider and
@@ -380,7 +429,8 @@ pub(crate) fn learn_again(
     known: &Learned,
 ) -> Result<Option<Learned>, DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
-    let Some(before) = Before::of(space, ground)? else { return Ok(None) };
+    let Some(mut before) = Before::of(space, ground)? else { return Ok(None) };
+    before.rows_per_observation = before.rows_per_observation.min(known.rows_per_observation);
     let before = &before;
     let families = known.families(places);
     let terms =
@@ -415,7 +465,8 @@ fn fitted(
     let converged = ground.settings.search.converged_drop;
     space.with(&definitions(space, terms, deviation), |system| {
         let start = ground.start(system);
-        let Some(rows) = ground.rows(system, &start) else { return Ok(None) };
+        let Some(mut rows) = ground.rows(system, &start) else { return Ok(None) };
+        rows.set_rows_per_observation(before.rows_per_observation);
         let train = &rows.choosing.train;
         let named = ground.named.len();
         let (mut h, known): (Hypothesis, &[Member]) = match from {
@@ -449,6 +500,7 @@ fn fitted(
             validation: cost(&errors),
             chi: errors.mean(),
             deviance: errors.deviance(),
+            rows_per_observation: before.rows_per_observation,
         }))
     })
 }

@@ -29,8 +29,12 @@ pub enum Function {
     Saturated,
     /// `exp(−|u|/w)`.
     Decaying,
+    /// `exp(−u/w)` of what is not negative.
+    Fading,
     /// `1/(1 + (u/w)²)`: a bell.
     Peaked,
+    /// `exp(−(u/w)²)`: a bell without flanks.
+    Gaussian,
     /// `sin(2π u/w)`.
     Sine,
     /// `cos(2π u/w)`.
@@ -39,7 +43,7 @@ pub enum Function {
 
 impl Function {
     /// All of them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Linear,
         Self::Absolute,
         Self::Square,
@@ -53,7 +57,9 @@ impl Function {
         Self::Stiffening,
         Self::Saturated,
         Self::Decaying,
+        Self::Fading,
         Self::Peaked,
+        Self::Gaussian,
         Self::Sine,
         Self::Cosine,
     ];
@@ -75,7 +81,9 @@ impl Function {
                 | Self::Stiffening
                 | Self::Saturated
                 | Self::Decaying
+                | Self::Fading
                 | Self::Peaked
+                | Self::Gaussian
                 | Self::Sine
                 | Self::Cosine
         )
@@ -94,7 +102,13 @@ impl Function {
             | Self::Outside => 1,
             Self::Square | Self::SignedSquare => 2,
             Self::Cube | Self::Stiffening => 3,
-            Self::Saturated | Self::Decaying | Self::Peaked | Self::Sine | Self::Cosine => 0,
+            Self::Saturated
+            | Self::Decaying
+            | Self::Fading
+            | Self::Peaked
+            | Self::Gaussian
+            | Self::Sine
+            | Self::Cosine => 0,
         }
     }
 
@@ -115,7 +129,9 @@ impl Function {
             Self::Stiffening => scale.powi(3) * ((u / scale).sinh() - u / scale),
             Self::Saturated => (u / scale).tanh(),
             Self::Decaying => (-u.abs() / scale).exp(),
+            Self::Fading => (-u / scale).exp(),
             Self::Peaked => (1.0 + (u / scale).powi(2)).recip(),
+            Self::Gaussian => (-(u / scale).powi(2)).exp(),
             Self::Sine => (std::f64::consts::TAU * u / scale).sin(),
             Self::Cosine => (std::f64::consts::TAU * u / scale).cos(),
         }
@@ -138,7 +154,9 @@ impl Function {
             Self::Stiffening => format!("{scale}^3 * (sinh({u} / {scale}) - {u} / {scale})"),
             Self::Saturated => format!("tanh({u} / {scale})"),
             Self::Decaying => format!("exp(-abs({u}) / {scale})"),
+            Self::Fading => format!("exp(-{u} / {scale})"),
             Self::Peaked => format!("1 / (1 + ({u} / {scale})^2)"),
+            Self::Gaussian => format!("exp(-({u} / {scale})^2)"),
             Self::Sine => format!("sin(2 * pi * {u} / {scale})"),
             Self::Cosine => format!("cos(2 * pi * {u} / {scale})"),
         }
@@ -157,7 +175,9 @@ impl Function {
             | Self::Outside
             | Self::Stiffening
             | Self::Decaying
-            | Self::Peaked => 3.0,
+            | Self::Fading
+            | Self::Peaked
+            | Self::Gaussian => 3.0,
             Self::Sine | Self::Cosine => 3.5,
         }
     }

@@ -15,7 +15,7 @@ mod unit;
 pub(crate) use definition::as_quotient;
 pub use definition::{Definition, Remembered, TermParameter};
 pub use function::Function;
-pub(crate) use repeating::repeating;
+pub(crate) use repeating::{repeating, waves_along};
 pub use space::{Place, TermSpace, Variable, VariableKind};
 pub(crate) use term::grouped;
 pub use term::{Factor, Lag, Term};

@@ -23,13 +23,19 @@ pub(crate) fn repeating(
             lag: Some(Lag::Slip { width: width * size }),
             ..Factor::of(k, Function::Linear, 1.0)
         };
-        let waves = PITCHES.into_iter().flat_map(|pitch| {
-            [Function::Sine, Function::Cosine].map(|f| Factor::of(k, f, pitch * size))
-        });
-        for factor in widths.iter().map(slip).chain(waves) {
+        for factor in widths.iter().map(slip).chain(waves_along(k, variables)) {
             all.push(vec![factor]);
             all.extend(companions.iter().map(|c| vec![factor, *c]));
         }
     }
     all
+}
+
+/// Sines and cosines of a variable.
+pub(crate) fn waves_along(variable: usize, variables: &[Variable]) -> Vec<Factor> {
+    let size = variables[variable].size;
+    let of = |pitch: f64| {
+        [Function::Sine, Function::Cosine].map(|f| Factor::of(variable, f, pitch * size))
+    };
+    PITCHES.into_iter().flat_map(of).collect()
 }

@@ -106,7 +106,9 @@ impl Factor {
             }
             Function::Saturated
             | Function::Decaying
+            | Function::Fading
             | Function::Peaked
+            | Function::Gaussian
             | Function::Sine
             | Function::Cosine => 1.0,
             Function::Stiffening => self.function.value(size, self.scale),
@@ -215,6 +217,15 @@ impl Term {
             && holds(other, self)
     }
 
+    /// Whether it is the same at another place, but for numbers.
+    #[must_use]
+    pub fn acts_like(&self, other: &Self) -> bool {
+        let mut factors = self.factors.iter().zip(&other.factors);
+        self.place != other.place
+            && self.factors.len() == other.factors.len()
+            && factors.all(|(f, g)| f.is_like(g))
+    }
+
     /// Whether it remembers.
     #[must_use]
     pub fn remembers(&self) -> bool {
@@ -272,8 +283,8 @@ impl Term {
     }
 }
 
-/// Most terms that one definition holds: as many as one simulation differentiates by, and fewer that remember.
-const MOST: usize = 36;
+/// Most terms that one definition holds: as many as its expression has room for, and fewer that remember.
+const MOST: usize = 24;
 const MOST_REMEMBERING: usize = 12;
 
 /// Terms by the definitions that may hold them: a few of one place that all remember or none does, since an effect with memory acts

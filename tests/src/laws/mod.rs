@@ -2,10 +2,12 @@
 //! search, and null sets.
 
 mod developed;
+mod fourth_outside;
 mod later;
 mod outside;
 
 pub use developed::{laws, unseen};
+pub use fourth_outside::fourth_outside;
 pub use later::{fresh, last};
 pub use outside::{outside, second_outside, third_outside};
 

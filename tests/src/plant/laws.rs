@@ -1,7 +1,7 @@
 //! Laws that stand in no list of effects.
 
 use super::{ATMOSPHERE_KPA, Hidden};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Strengths of all laws; those that are not hidden are zero. Forces in mN.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -146,6 +146,26 @@ pub(super) struct Laws {
     sensor_range: [f64; 2],
     /// The reading of x has `c (P_f − P_e)`, a frame that bends: mm/kPa.
     frame_bending: f64,
+    /// `−a (x/w) exp(−(x/w)²)`, a magnet that pulls towards the middle: mN, mm.
+    magnet_detent: [f64; 2],
+    /// `−c (P_f − P_e) F` for the force F of the motor, whose frame is racked by the pressures: 1/kPa.
+    racked_frame: f64,
+    /// `−c t v` from the beginning of the excitation on, a grease that creeps into a gap: mN/mm.
+    creeping_grease: f64,
+    /// `−k z` with `ż = v − b z |z|`, a spring in series with an orifice: mN/mm, 1/(mm s).
+    orifice_relaxation: [f64; 2],
+    /// Dry friction `c sin²(π x/p)`, a bearing with dents at the pitch of its balls: mN, mm.
+    brinelled_bearing: [f64; 2],
+    /// Dry friction `c |z|` with `ż = v − z/τ`, a braid that settles where it stays: mN/mm, s.
+    settled_braid: [f64; 2],
+    /// Air from flexor to extensor `c (P_f − P_e) / √(|P_f − P_e| + 1 kPa)`: g/(s √kPa).
+    orifice_crosstalk: f64,
+    /// Air out of the extensor `c (P_e − P_atm) max(v, 0)`: g/(mm kPa).
+    pumping_seal: f64,
+    /// The reading of P_e has `c max(F − F₀, 0)` for the force F of the motor, which pinches the tube: kPa/mN, mN.
+    pinched_gauge: [f64; 2],
+    /// The reading of x has `a max(x − x₀, 0)`, a scale that is joined of two pieces: 1, mm.
+    joined_scale: [f64; 2],
 }
 
 /// What the laws remember.
@@ -181,6 +201,10 @@ pub(super) struct Kept {
     broken: f64,
     /// Low-passed speed that warms the air, mm/s.
     rubbed_mm_s: f64,
+    /// Stretch of a spring in series with an orifice, mm.
+    orifice_mm: f64,
+    /// Displacement of a braid from where it has settled, mm.
+    unsettled_mm: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -282,6 +306,16 @@ impl Laws {
             "friction_heat" => self.friction_heat = [v("kpa_s_mm"), v("tau_s")],
             "sensor_range" => self.sensor_range = [v("share"), v("from_kpa")],
             "frame_bending" => self.frame_bending += v("mm_kpa"),
+            "magnet_detent" => self.magnet_detent = [1e3 * v("n"), v("width_mm")],
+            "racked_frame" => self.racked_frame += v("per_kpa"),
+            "creeping_grease" => self.creeping_grease += 1e3 * v("n_mm"),
+            "orifice_relaxation" => self.orifice_relaxation = [1e3 * v("n_mm"), v("per_mm_s")],
+            "brinelled_bearing" => self.brinelled_bearing = [1e3 * v("n"), v("pitch_mm")],
+            "settled_braid" => self.settled_braid = [1e3 * v("n_mm"), v("tau_s")],
+            "orifice_crosstalk" => self.orifice_crosstalk += v("g_s_kpa0p5"),
+            "pumping_seal" => self.pumping_seal += v("g_mm_kpa"),
+            "pinched_gauge" => self.pinched_gauge = [1e-3 * v("kpa_n"), 1e3 * v("from_n")],
+            "joined_scale" => self.joined_scale = [v("share"), v("from_mm")],
             _ => return false,
         }
         true
@@ -323,7 +357,10 @@ impl Laws {
             + self.strain_softening[0] * kept.strain_mm * x
             - self.thixotropy[0] * (1.0 - kept.broken) * v
             + self.hertz_stop[0] * (-x - self.hertz_stop[1]).max(0.0).powf(1.5)
-            - self.pressure_hardening * both * x * x * x;
+            - self.pressure_hardening * both * x * x * x
+            - self.racked_frame * (gauge[0] - gauge[1]) * motor_mn
+            - self.creeping_grease * t.max(0.0) * v
+            - self.orifice_relaxation[0] * kept.orifice_mm;
         if t >= 0.0 {
             let [force, frequency, phase] = self.fan;
             total += force * (TAU * frequency * t + phase).sin();
@@ -373,6 +410,11 @@ impl Laws {
         {
             total -= share * motor_mn * (TAU * x / pitch).sin();
         }
+        if let [force, width] = self.magnet_detent
+            && force != 0.0
+        {
+            total -= force * (x / width) * (-(x / width).powi(2)).exp();
+        }
         total
     }
 
@@ -387,11 +429,17 @@ impl Laws {
             + self.lasting_friction[0] * kept.lasting_mn
             + self.braid_friction * gauge[0] * now.x.abs()
             + self.gear_friction * now.motor_mn.abs()
-            + self.tilt_friction * (gauge[0] - gauge[1]).abs();
+            + self.tilt_friction * (gauge[0] - gauge[1]).abs()
+            + self.settled_braid[0] * kept.unsettled_mm.abs();
         if let [force, width] = self.seal_ridge
             && force != 0.0
         {
             dry += force * (-(now.x / width).powi(2)).exp();
+        }
+        if let [force, pitch] = self.brinelled_bearing
+            && force != 0.0
+        {
+            dry += force * (PI * now.x / pitch).sin().powi(2);
         }
         dry
     }
@@ -404,6 +452,16 @@ impl Laws {
         let [_, slip] = self.pressure_hysteresis;
         let [_, series_s] = self.pressure_relaxation;
         let [_, heat_s] = self.heated_air;
+        let [_, settling_s] = self.settled_braid;
+        // By the midpoint rule.
+        let [_, loss] = self.orifice_relaxation;
+        let stretching = |z: f64| v - loss * z * z.abs();
+        let orifice_mm = if loss > 0.0 {
+            let middle = kept.orifice_mm + 0.5 * dt * stretching(kept.orifice_mm);
+            kept.orifice_mm + dt * stretching(middle)
+        } else {
+            kept.orifice_mm
+        };
         let [_, shear_mm, rest_s] = self.thixotropy;
         let broken = if shear_mm > 0.0 && rest_s > 0.0 {
             let breaking = v.abs() / shear_mm;
@@ -436,6 +494,8 @@ impl Laws {
             ),
             broken,
             rubbed_mm_s: low_passed(kept.rubbed_mm_s, v.abs(), self.friction_heat[1]),
+            orifice_mm,
+            unsettled_mm: low_passed(kept.unsettled_mm, settling_s * v, settling_s),
         }
     }
 
@@ -446,8 +506,10 @@ impl Laws {
         let over = kpa[0] - kpa[1];
         let passed = self.turbulent_crosstalk * over * over.abs()
             + self.opening_crosstalk * over * x.max(0.0)
-            + self.check_valve * over.max(0.0);
-        let lost_by_extensor = self.stretch_leak * (kpa[1] - ATMOSPHERE_KPA) * x.max(0.0);
+            + self.check_valve * over.max(0.0)
+            + self.orifice_crosstalk * over / (over.abs() + 1.0).sqrt();
+        let lost_by_extensor = self.stretch_leak * (kpa[1] - ATMOSPHERE_KPA) * x.max(0.0)
+            + self.pumping_seal * (kpa[1] - ATMOSPHERE_KPA) * v.max(0.0);
         let [per_kpa, from_kpa] = self.opening_seal;
         let blown_off = per_kpa * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0);
         [-lost - passed, passed - lost_by_extensor - blown_off]
@@ -463,11 +525,13 @@ impl Laws {
     /// Readings of the pressures for true ones, kPa, at a displacement, mm, and a force of the motor, mN.
     pub(super) fn readings(&self, kpa: [f64; 2], x: f64, motor_mn: f64) -> [f64; 2] {
         let [compressed, from_kpa] = self.sensor_range;
+        let [pinched, from_mn] = self.pinched_gauge;
         [
             kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2)
                 - self.supply_sag * motor_mn.abs(),
             kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x
-                - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0),
+                - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0)
+                + pinched * (motor_mn - from_mn).max(0.0),
         ]
     }
 
@@ -475,7 +539,8 @@ impl Laws {
     pub(super) fn reading_mm(&self, x: f64, kpa: [f64; 2], kept: Kept) -> f64 {
         let mut reading = x + self.bent_position * x * x - self.hall_position * x.powi(3)
             + self.warming_encoder[0] * kept.encoder_heat_n2
-            + self.frame_bending * (kpa[0] - kpa[1]);
+            + self.frame_bending * (kpa[0] - kpa[1])
+            + self.joined_scale[0] * (x - self.joined_scale[1]).max(0.0);
         if let [amplitude, pitch] = self.encoder_interpolation
             && amplitude != 0.0
         {
