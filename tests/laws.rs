@@ -43,6 +43,8 @@ enum List {
     ThirdOutside,
     /// Those that were written without knowledge of it after it was changed on these too; seeds from 701 on.
     FourthOutside,
+    /// Those that were written without knowledge of it together with these, and run after it was changed on these; seeds from 801 on.
+    FifthOutside,
 }
 
 impl List {
@@ -57,6 +59,7 @@ impl List {
             Self::SecondOutside => (laws::second_outside(), 501),
             Self::ThirdOutside => (laws::third_outside(), 601),
             Self::FourthOutside => (laws::fourth_outside(), 701),
+            Self::FifthOutside => (laws::fifth_outside(), 801),
         }
     }
 
@@ -71,6 +74,9 @@ impl List {
             Self::SecondOutside => "without knowledge of it, after it was changed on those",
             Self::ThirdOutside => "without knowledge of it, after it was changed on these as well",
             Self::FourthOutside => "without knowledge of it, after it was changed on these too",
+            Self::FifthOutside => {
+                "without knowledge of it, before it was changed on those, run afterwards"
+            }
         }
     }
 
@@ -78,7 +84,11 @@ impl List {
     fn is_blind(self) -> bool {
         matches!(
             self,
-            Self::Outside | Self::SecondOutside | Self::ThirdOutside | Self::FourthOutside
+            Self::Outside
+                | Self::SecondOutside
+                | Self::ThirdOutside
+                | Self::FourthOutside
+                | Self::FifthOutside
         )
     }
 }

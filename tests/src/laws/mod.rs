@@ -2,11 +2,13 @@
 //! search, and null sets.
 
 mod developed;
+mod fifth_outside;
 mod fourth_outside;
 mod later;
 mod outside;
 
 pub use developed::{laws, unseen};
+pub use fifth_outside::fifth_outside;
 pub use fourth_outside::fourth_outside;
 pub use later::{fresh, last};
 pub use outside::{outside, second_outside, third_outside};

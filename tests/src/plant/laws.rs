@@ -166,6 +166,26 @@ pub(super) struct Laws {
     pinched_gauge: [f64; 2],
     /// The reading of x has `a max(x − x₀, 0)`, a scale that is joined of two pieces: 1, mm.
     joined_scale: [f64; 2],
+    /// `−c F |v|` for the force F of the motor, whose iron and windings take more at speed: s/mm.
+    core_loss: f64,
+    /// `−c (P_f − P_atm) x |x|`, end caps that bulge: mN/(mm² kPa).
+    bladder_bulge: f64,
+    /// `−a tanh(z/w)` with `ż = v − z/τ`, a bonded rubber that softens with its amplitude: mN, mm, s.
+    payne_bushing: [f64; 3],
+    /// Dry friction `c (P_e − P_atm) exp(x/w)`, a tendon that wraps further around a pin: mN/kPa, mm.
+    capstan_friction: [f64; 2],
+    /// Dry friction `a sin²(π x/p)`, teeth that mesh: mN, mm.
+    mesh_friction: [f64; 2],
+    /// Air out of the flexor `c (P_f − P_atm) max(F − F₀, 0)` for the force F of the motor: g/(s kPa N), N.
+    tilting_fitting: [f64; 2],
+    /// Air out of the extensor `c (P_e − P_atm) t` from the beginning of the excitation on: g/(s² kPa).
+    growing_tear: f64,
+    /// The readings of P_f and P_e have `a sin(2π f t)` from the beginning of the excitation on: kPa, Hz.
+    sampling_beat: [f64; 2],
+    /// The reading of P_f has `c v |v|`, behind a narrow fitting: kPa s²/mm².
+    tube_drop: f64,
+    /// The reading of x has `c z` with `ż = (F − z)/τ` for the force F of the motor: mm/N, s.
+    tendon_elongation: [f64; 2],
 }
 
 /// What the laws remember.
@@ -205,6 +225,10 @@ pub(super) struct Kept {
     orifice_mm: f64,
     /// Displacement of a braid from where it has settled, mm.
     unsettled_mm: f64,
+    /// High-passed displacement that shears a bonded rubber, mm.
+    sheared_mm: f64,
+    /// Low-passed force of the motor that has stretched the tendon, N.
+    pulled_n: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -316,6 +340,18 @@ impl Laws {
             "pumping_seal" => self.pumping_seal += v("g_mm_kpa"),
             "pinched_gauge" => self.pinched_gauge = [1e-3 * v("kpa_n"), 1e3 * v("from_n")],
             "joined_scale" => self.joined_scale = [v("share"), v("from_mm")],
+            "core_loss" => self.core_loss += v("s_mm"),
+            "bladder_bulge" => self.bladder_bulge += 1e3 * v("n_mm2_kpa"),
+            "payne_bushing" => {
+                self.payne_bushing = [1e3 * v("n"), v("width_mm"), v("tau_s")];
+            }
+            "capstan_friction" => self.capstan_friction = [1e3 * v("n_kpa"), v("width_mm")],
+            "mesh_friction" => self.mesh_friction = [1e3 * v("n"), v("pitch_mm")],
+            "tilting_fitting" => self.tilting_fitting = [v("g_s_kpa_n"), v("from_n")],
+            "growing_tear" => self.growing_tear += v("g_s2_kpa"),
+            "sampling_beat" => self.sampling_beat = [v("kpa"), v("frequency_hz")],
+            "tube_drop" => self.tube_drop += v("kpa_s2_mm2"),
+            "tendon_elongation" => self.tendon_elongation = [v("mm_n"), v("tau_s")],
             _ => return false,
         }
         true
@@ -360,7 +396,9 @@ impl Laws {
             - self.pressure_hardening * both * x * x * x
             - self.racked_frame * (gauge[0] - gauge[1]) * motor_mn
             - self.creeping_grease * t.max(0.0) * v
-            - self.orifice_relaxation[0] * kept.orifice_mm;
+            - self.orifice_relaxation[0] * kept.orifice_mm
+            - self.core_loss * motor_mn * v.abs()
+            - self.bladder_bulge * gauge[0] * x * x.abs();
         if t >= 0.0 {
             let [force, frequency, phase] = self.fan;
             total += force * (TAU * frequency * t + phase).sin();
@@ -415,6 +453,11 @@ impl Laws {
         {
             total -= force * (x / width) * (-(x / width).powi(2)).exp();
         }
+        if let [force, width, _] = self.payne_bushing
+            && force != 0.0
+        {
+            total -= force * (kept.sheared_mm / width).tanh();
+        }
         total
     }
 
@@ -441,6 +484,16 @@ impl Laws {
         {
             dry += force * (PI * now.x / pitch).sin().powi(2);
         }
+        if let [per_kpa, width] = self.capstan_friction
+            && per_kpa != 0.0
+        {
+            dry += per_kpa * gauge[1].max(0.0) * (now.x / width).exp();
+        }
+        if let [force, pitch] = self.mesh_friction
+            && force != 0.0
+        {
+            dry += force * (PI * now.x / pitch).sin().powi(2);
+        }
         dry
     }
 
@@ -463,6 +516,7 @@ impl Laws {
             kept.orifice_mm
         };
         let [_, shear_mm, rest_s] = self.thixotropy;
+        let [_, _, bond_s] = self.payne_bushing;
         let broken = if shear_mm > 0.0 && rest_s > 0.0 {
             let breaking = v.abs() / shear_mm;
             let rate = breaking + 1.0 / rest_s;
@@ -496,11 +550,14 @@ impl Laws {
             rubbed_mm_s: low_passed(kept.rubbed_mm_s, v.abs(), self.friction_heat[1]),
             orifice_mm,
             unsettled_mm: low_passed(kept.unsettled_mm, settling_s * v, settling_s),
+            sheared_mm: low_passed(kept.sheared_mm, bond_s * v, bond_s),
+            pulled_n: low_passed(kept.pulled_n, 1e-3 * motor_mn, self.tendon_elongation[1]),
         }
     }
 
     /// Air that enters the chambers, g/s.
-    pub(super) fn inflow_g_s(&self, kpa: [f64; 2], [x, v]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn inflow_g_s(&self, now: Moment) -> [f64; 2] {
+        let Moment { x, v, t, kpa, motor_mn } = now;
         let over_air = kpa[0] - ATMOSPHERE_KPA;
         let lost = self.moving_leak * over_air * v.abs() + self.square_leak * over_air.powi(2);
         let over = kpa[0] - kpa[1];
@@ -512,7 +569,10 @@ impl Laws {
             + self.pumping_seal * (kpa[1] - ATMOSPHERE_KPA) * v.max(0.0);
         let [per_kpa, from_kpa] = self.opening_seal;
         let blown_off = per_kpa * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0);
-        [-lost - passed, passed - lost_by_extensor - blown_off]
+        let [per_n, from_n] = self.tilting_fitting;
+        let tilted = per_n * over_air * (1e-3 * motor_mn - from_n).max(0.0);
+        let torn = self.growing_tear * (kpa[1] - ATMOSPHERE_KPA) * t.max(0.0);
+        [-lost - passed - tilted, passed - lost_by_extensor - blown_off - torn]
     }
 
     /// Deviations of the pressures from the gas law, kPa.
@@ -522,16 +582,22 @@ impl Laws {
         [-more + rubbed, more + rubbed]
     }
 
-    /// Readings of the pressures for true ones, kPa, at a displacement, mm, and a force of the motor, mN.
-    pub(super) fn readings(&self, kpa: [f64; 2], x: f64, motor_mn: f64) -> [f64; 2] {
+    /// Readings of the pressures for true ones, kPa.
+    pub(super) fn readings(&self, now: Moment) -> [f64; 2] {
+        let Moment { x, v, t, kpa, motor_mn } = now;
         let [compressed, from_kpa] = self.sensor_range;
         let [pinched, from_mn] = self.pinched_gauge;
+        let [amplitude, frequency] = self.sampling_beat;
+        let beat = if t >= 0.0 { amplitude * (TAU * frequency * t).sin() } else { 0.0 };
         [
             kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2)
-                - self.supply_sag * motor_mn.abs(),
+                - self.supply_sag * motor_mn.abs()
+                + self.tube_drop * v * v.abs()
+                + beat,
             kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x
                 - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0)
-                + pinched * (motor_mn - from_mn).max(0.0),
+                + pinched * (motor_mn - from_mn).max(0.0)
+                + beat,
         ]
     }
 
@@ -540,7 +606,8 @@ impl Laws {
         let mut reading = x + self.bent_position * x * x - self.hall_position * x.powi(3)
             + self.warming_encoder[0] * kept.encoder_heat_n2
             + self.frame_bending * (kpa[0] - kpa[1])
-            + self.joined_scale[0] * (x - self.joined_scale[1]).max(0.0);
+            + self.joined_scale[0] * (x - self.joined_scale[1]).max(0.0)
+            + self.tendon_elongation[0] * kept.pulled_n;
         if let [amplitude, pitch] = self.encoder_interpolation
             && amplitude != 0.0
         {

@@ -234,7 +234,7 @@ impl Joint {
             self.masses_g[0] -= dt * flow;
             self.masses_g[1] += dt * flow;
         }
-        let inflow = acting.laws.inflow_g_s(self.pressures_kpa, [x, middle]);
+        let inflow = acting.laws.inflow_g_s(self.moment(x, middle, t));
         for (mass, flow) in self.masses_g.iter_mut().zip(inflow) {
             *mass += dt * flow;
         }

@@ -1,7 +1,7 @@
 //! Play, lags, delays, gains and offsets between the joint and the recorded columns.
 
 use super::acting::Acting;
-use super::laws::Kept;
+use super::laws::{Kept, Moment};
 use super::motion::Joint;
 use super::{ATMOSPHERE_KPA, Hidden};
 
@@ -45,6 +45,8 @@ pub(super) struct Chain {
     frozen_mm: f64,
     /// Force of the motor, which some sensors feel, mN.
     motor_mn: f64,
+    /// Velocity, which some sensors feel, mm/s.
+    v: f64,
     /// What laws remember, which some sensors feel.
     kept: Kept,
 }
@@ -63,6 +65,7 @@ impl Chain {
             delays: input.map(|value| Delay::new(steps, value)),
             frozen_mm: joint.x,
             motor_mn: joint.motor_mn,
+            v: joint.v,
             kept: joint.kept,
         };
         chain.frozen_mm = chain.displacement(acting);
@@ -72,6 +75,7 @@ impl Chain {
     /// Follows the joint through a step.
     pub(super) fn step(&mut self, joint: &Joint, acting: &Acting, dt: f64) {
         self.motor_mn = joint.motor_mn;
+        self.v = joint.v;
         self.kept = joint.kept;
         let half = acting.half_gap_mm;
         self.shown_mm = self.shown_mm.clamp(joint.x - half, joint.x + half);
@@ -110,7 +114,9 @@ impl Chain {
         self.frozen_mm = x;
         let steps = acting.pressure_delay_s / self.dt;
         let kpa = [0, 1].map(|i| self.delays[i + 1].ago(steps));
-        let shown = acting.laws.readings(kpa, self.delays[0].ago(0.0), self.motor_mn);
+        let x_now = self.delays[0].ago(0.0);
+        let now = Moment { x: x_now, v: self.v, t, kpa, motor_mn: self.motor_mn };
+        let shown = acting.laws.readings(now);
         let [flexor, extensor] = [0, 1].map(|i| {
             let p = shown[i];
             p + acting.pressure_gain[i] * (p - ATMOSPHERE_KPA) + acting.pressure_bias_kpa[i]
