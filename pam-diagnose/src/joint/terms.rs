@@ -311,7 +311,7 @@ fn places(scales: &DataScales, air_g: f64) -> Vec<Place> {
         };
     let flow = Unit::G.times(Unit::S, -1);
     let air = |id: &str, name: &str, targets: &[(&str, &str, f64)]| Place {
-        variables: vec![X, V, SUM, DIFFERENCE, FLEXOR, EXTENSOR, TIME],
+        variables: motion.clone(),
         family: 1,
         ..place(id, name, flow, FLOW_PER_S * air_g, targets, 2.0)
     };

@@ -210,7 +210,10 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     }
     let drives = moving.iter().filter(|k| variables[**k].change.is_none());
     let as_large_as = slow.iter().chain(drives).filter(|_| place.rich);
-    let companions: Vec<Factor> = as_large_as.map(|&s| Factor::of(s, Linear, 1.0)).collect();
+    let mut companions: Vec<Factor> = as_large_as.map(|&s| Factor::of(s, Linear, 1.0)).collect();
+    // A dry friction that repeats.
+    let turned = |&v: &usize| Factor::of(v, Saturated, WIDTHS[0] * variables[v].size);
+    companions.extend(turning.filter(|_| place.rich).map(turned));
     all.extend(repeating(place, variables, &SLIPS, &companions));
     all
 }

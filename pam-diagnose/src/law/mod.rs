@@ -21,6 +21,7 @@ mod conclude;
 mod data;
 mod design;
 mod find;
+mod fitted;
 mod library;
 mod neighbours;
 mod picture;

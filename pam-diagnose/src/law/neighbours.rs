@@ -7,12 +7,14 @@ use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, w
 const LAGS_S: [f64; 2] = [0.3, 1.5];
 /// Functions of a memory state.
 const OF_MEMORY: [Function; 5] = [
-    Function::Linear,
     Function::Absolute,
     Function::Square,
     Function::SignedSquare,
     Function::Positive,
+    Function::Saturated,
 ];
+/// Width of a saturation of a memory state, relative to the typical size of the state.
+const WIDTH: f64 = 0.2;
 
 /// The term with another function, another variable, or more or less memory in the place of one of its factors, without one of
 /// them, or with a further one; and the same term at the other places of its family. Terms with like factors have like neighbours,
@@ -25,7 +27,7 @@ pub(super) fn neighbours(term: &Term, variables: &[Variable], places: &[Place]) 
         let mut others = siblings(*factor, variables);
         others.extend(of_other_variables(*factor, place, variables));
         if may_remember(place, places) {
-            others.extend(with_memory(*factor, variables));
+            others.extend(with_memory(*factor, place, variables));
         }
         all.extend(others.into_iter().map(|other| {
             let mut factors = term.factors.clone();
@@ -66,13 +68,13 @@ fn siblings(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
         Some(Lag::LowPass { time_s, .. }) => {
             let inputs = LAGGED.into_iter().map(|of| (of, Function::Linear));
             let states = OF_MEMORY.into_iter().map(|function| (Function::Linear, function));
-            let kinds = inputs.chain(states.skip(1));
+            let kinds = inputs.chain(states);
             let times = [time_s].into_iter().chain(LAGS_S);
             let with = |(of, function)| {
-                times.clone().map(move |time_s| Factor {
-                    lag: Some(Lag::LowPass { of, time_s }),
-                    function,
-                    ..factor
+                times.clone().map(move |time_s| {
+                    let lag = Some(Lag::LowPass { of, time_s });
+                    let state = Factor { lag, function, ..factor };
+                    Factor { scale: WIDTH * state.argument_size(variables), ..state }
                 })
             };
             kinds.flat_map(with).filter(|f| !f.is_like(&factor)).collect()
@@ -113,11 +115,24 @@ fn of_other_variables(factor: Factor, place: &Place, variables: &[Variable]) -> 
     place.variables.iter().flat_map(other).collect()
 }
 
-/// A factor that remembers in the place of one that does not, and the other way round.
-fn with_memory(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
+/// A factor that remembers in the place of one that does not or in another way, and the other way round.
+fn with_memory(factor: Factor, place: &Place, variables: &[Variable]) -> Vec<Factor> {
+    let relaxed = |k: usize| {
+        LAGS_S.into_iter().flat_map(move |time_s| {
+            let lag = Some(Lag::LowPass { of: Function::Linear, time_s });
+            let state = Factor { lag, ..Factor::of(k, Function::Linear, 1.0) };
+            let scale = WIDTH * state.argument_size(variables);
+            [state, Factor { function: Function::Saturated, scale, ..state }]
+        })
+    };
     match factor.lag {
         Some(Lag::LowPass { of, .. }) if factor.function == Function::Linear => {
             vec![Factor::of(factor.variable, of, 1.0)]
+        }
+        // A spring that slips, and one that a damper relaxes.
+        Some(Lag::Slip { .. }) => {
+            let is_turning = |k: &&usize| variables[**k].kind == VariableKind::Turning;
+            place.variables.iter().filter(is_turning).copied().flat_map(relaxed).collect()
         }
         None if LAGGED.contains(&factor.function)
             && variables[factor.variable].at_start.is_some() =>

@@ -14,8 +14,8 @@ use pam_core::parallel;
 
 /// Most terms of a law whose neighbours are tried.
 const VARIED: usize = 2;
-/// Laws of one term without the named causes whose neighbours are tried, each with other variables or at another place; beside the
-/// named causes it is one.
+/// Laws of one term without the named causes whose neighbours are tried, each with other variables or at another place. Those of
+/// the best one that remembers are tried as well, and of the best one beside the named causes.
 const BASES: usize = 2;
 /// Neighbours of a law that are fitted in the place of one of its terms, and beside all of them.
 const FITTED: [usize; 2] = [12, 6];
@@ -61,17 +61,26 @@ pub(super) fn vary(
 fn bases(tried: &[Tried], ground: &Ground<'_>) -> Vec<Tried> {
     let mut bases: Vec<Tried> = Vec::new();
     let subject = |t: &Tried| (t.terms[0].place, t.terms[0].variables());
-    for (is_beside, most) in [(false, BASES), (true, 1)] {
-        let mut own: Vec<&Tried> = Vec::new();
-        let here = |t: &&Tried| t.terms.len() == 1 && t.named.is_empty() != is_beside;
-        for one in tried.iter().filter(here) {
-            if own.len() < most && own.iter().all(|b| subject(b) != subject(one)) {
-                own.push(one);
-            }
+    let ones = || tried.iter().filter(|t| t.terms.len() == 1);
+    let alone = || ones().filter(|t| t.named.is_empty());
+    for one in alone() {
+        if bases.len() < BASES && bases.iter().all(|b| subject(b) != subject(one)) {
+            bases.push(one.clone());
         }
-        bases.extend(own.into_iter().cloned());
     }
-    bases.extend(preferred(tried, ground).filter(|t| (2..=VARIED).contains(&t.terms.len())));
+    let more = [alone().find(|t| t.terms[0].remembers()), ones().find(|t| !t.named.is_empty())];
+    for law in more.into_iter().flatten() {
+        let is_same = |b: &Tried| {
+            b.named.len() == law.named.len()
+                && b.terms.len() == law.terms.len()
+                && b.terms.iter().zip(&law.terms).all(|(a, b)| a.is_like(b))
+        };
+        if !bases.iter().any(is_same) {
+            bases.push(law.clone());
+        }
+    }
+    let preferred = preferred(tried, ground).filter(|t| (2..=VARIED).contains(&t.terms.len()));
+    bases.extend(preferred);
     bases
 }
 

@@ -159,12 +159,16 @@ fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     // Where the motion turned, and what repeats along it: alone, and for a force as large as the pressures or the drive are.
     let drives =
         |k: usize| variables[k].kind == VariableKind::Moving && variables[k].change.is_none();
-    let companions: Vec<Factor> = place
-        .variables
-        .iter()
-        .filter(|k| place.rich && (variables[**k].is_pressure() || drives(**k)))
-        .map(|&k| plain(k, Function::Linear))
-        .collect();
+    // A dry friction may repeat as well: a force that turns with the velocity.
+    let companion = |&k: &usize| match variables[k].kind {
+        VariableKind::Turning => {
+            Some(Factor::of(k, Function::Saturated, TURNING[0] * variables[k].size))
+        }
+        _ if variables[k].is_pressure() || drives(k) => Some(plain(k, Function::Linear)),
+        _ => None,
+    };
+    let companions: Vec<Factor> =
+        place.variables.iter().filter(|_| place.rich).filter_map(companion).collect();
     all.extend(repeating(place, variables, &SLIPS, &companions));
     all
 }

@@ -13,12 +13,15 @@ mod basis;
 mod dependence;
 mod ground;
 mod learn;
+mod learned;
 mod lines;
 mod result;
+mod sparse;
 
 pub(crate) use dependence::dependence;
 pub(crate) use ground::{Dyn, Ground, most_left};
 #[cfg(feature = "laws")]
 pub(crate) use ground::{named_and_settled, nothing_left};
-pub(crate) use learn::{Learned, learn, learn_again, validation_errors};
+pub(crate) use learn::{learn, learn_again};
+pub(crate) use learned::{Learned, validation_errors};
 pub use result::{Correction, Dependence, Remainder, RemainderOutcome};
