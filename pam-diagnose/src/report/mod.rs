@@ -63,13 +63,9 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
     };
     let title = match d.verdict {
         _ if learned(d).is_some() => {
-            let (subjects, verb) = subjects(d);
+            let (subjects, is_one) = subjects(d);
             match Headline::of(d) {
-                Some(h) => format!(
-                    "{subjects} {verb} the error of the {} by {}",
-                    h.output,
-                    percent(h.reduction())
-                ),
+                Some(h) => format!("{subjects} {}", changed(&h, is_one)),
                 None => format!("Diagnosis: {subjects}"),
             }
         }
@@ -82,13 +78,8 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
         Verdict::Explained | Verdict::PartlyExplained => {
             let leading = headline::leading(d).0;
             let names = headline::capitalised(&headline::names(&leading));
-            let verb = if leading.len() == 1 { "reduces" } else { "reduce" };
             match Headline::of(d) {
-                Some(h) => format!(
-                    "{names} {verb} the error of the {} by {}",
-                    h.output,
-                    percent(h.reduction())
-                ),
+                Some(h) => format!("{names} {}", changed(&h, leading.len() == 1)),
                 None => format!("Diagnosis: {names}"),
             }
         }
@@ -102,8 +93,14 @@ fn learned<M>(d: &Diagnosis<M>) -> Option<&Remainder> {
     d.remainder.as_ref().filter(|r| r.is_part_of_model())
 }
 
-/// Named causes and what was learned, as the subject of a sentence, with its verb.
-fn subjects<M>(d: &Diagnosis<M>) -> (String, &'static str) {
+/// "reduces the error of the displacement by 60 %".
+fn changed(h: &Headline, is_one: bool) -> String {
+    let (verb, share) = h.change(is_one);
+    format!("{verb} the error of the {} by {}", h.output, percent(share))
+}
+
+/// Named causes and what was learned, as the subject of a sentence, and whether it is one.
+fn subjects<M>(d: &Diagnosis<M>) -> (String, bool) {
     let leading = if d.causes.is_empty() { Vec::new() } else { headline::leading(d).0 };
     let mut all: Vec<String> = leading.iter().map(|c| plain_name(&c.effect)).collect();
     all.extend(
@@ -111,8 +108,7 @@ fn subjects<M>(d: &Diagnosis<M>) -> (String, &'static str) {
             r.law.as_ref().map_or_else(|| "a learned correction".to_owned(), Law::subject)
         }),
     );
-    let verb = if all.len() == 1 { "reduces" } else { "reduce" };
-    (headline::capitalised(&headline::joined_by(&all, "and")), verb)
+    (headline::capitalised(&headline::joined_by(&all, "and")), all.len() == 1)
 }
 
 /// A share in per cent.
@@ -125,18 +121,18 @@ fn percent(share: f64) -> String {
 pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     let (named, any) = (percent(d.explainable.named), percent(d.explainable.any_correction));
     let leading = headline::leading(d).0;
-    let verb = if leading.len() == 1 { "reduces" } else { "reduce" };
     let causes = headline::capitalised(&headline::with_values(&leading));
-    let reduction = |verb: &str| {
+    let reduction = |is_one: bool| {
         Headline::of(d).map_or_else(String::new, |h| {
             let n = |v| significant(v, 3);
+            let (verb, share) = h.change(is_one);
             format!(
                 " {verb} the RMSE of the {} on the test set from {} to {} {}, by {}",
                 h.output,
                 n(h.before),
                 n(h.after),
                 h.unit,
-                percent(h.reduction())
+                percent(share)
             )
         })
     };
@@ -151,8 +147,8 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
         format!(" In detail: {}.", d.reasons.join("; "))
     };
     if let Some(r) = learned(d) {
-        let (subjects, verb) = subjects(d);
-        let reduction = reduction(verb);
+        let (subjects, is_one) = subjects(d);
+        let reduction = reduction(is_one);
         return format!("{subjects}{reduction}. {}{more}{because}", r.sentence);
     }
     match d.verdict {
@@ -176,11 +172,11 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
              distinguished from them. Train the model further, or record where it is accurate.{because}"
         ),
         Verdict::Explained => {
-            let reduction = reduction(verb);
+            let reduction = reduction(leading.len() == 1);
             format!("{causes}{reduction}. The remaining error is noise.{more}{shares}")
         }
         Verdict::PartlyExplained => {
-            let reduction = reduction(verb);
+            let reduction = reduction(leading.len() == 1);
             format!("{causes}{reduction}, but a part of the error remains.{more}{shares}{because}")
         }
     }
