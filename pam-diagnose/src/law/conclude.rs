@@ -181,9 +181,12 @@ pub(super) fn ended(
         let corrected = open.fit(about.fit.clone(), settings.remainder.iterations)?;
         let test = ground.roles.test(system, &ground.noise, settings).opened(&base.hypothesis)?;
         let last = Final { test, plain, base, corrected, seed: ground.seed };
-        let fitted = match law.zip(of_law.as_ref()) {
-            Some((l, definition)) => {
-                let fit = l.fitted_to(open, ground.listed + corrections.len(), iterations)?;
+        // A law that diverges on the open rows is none.
+        let at = ground.listed + corrections.len();
+        let of_all = |l: &Tried| l.fitted_to(open, at, iterations).ok();
+        let fit = law.and_then(of_all);
+        let fitted = match law.zip(of_law.as_ref()).zip(fit) {
+            Some(((l, definition), fit)) => {
                 // It removes most of what the correction removes from the open rows, or is as probable as that with its many numbers;
                 // the test set decides nothing but whether it is confirmed.
                 let of_open = last.share_of_correction(&fit, |f| f.errors.chi_square());

@@ -377,10 +377,12 @@ fn again(
     definitions.extend(blocks(space, &terms));
     space.with(&definitions, |system| {
         let start = Hypothesis { members: law.named.clone(), ..ground.start(system) };
-        let mut rows = ground.rows(system, &start).ok_or_else(diverges)?;
+        let Some(mut rows) = ground.rows(system, &start) else { return Ok(Vec::new()) };
         rows.set_rows_per_observation(about.rows_per_observation);
         let iterations = ground.settings.remainder.iterations;
-        let fit = law.fitted_to(&rows.whole, ground.listed, iterations)?;
+        let Ok(fit) = law.fitted_to(&rows.whole, ground.listed, iterations) else {
+            return Ok(Vec::new());
+        };
         let h = &fit.hypothesis;
         let design = Design::at(&rows.whole, h)?;
         let columns = columns((&rows.whole, h), &design, &terms, ground.listed + 1);

@@ -1,7 +1,7 @@
 //! Local search: laws that differ in one factor from the best ones.
 
 use super::design::Design;
-use super::find::{About, WORTH, diverges};
+use super::find::{About, WORTH};
 use super::neighbours::neighbours;
 use super::refine::{Searched, Tried, preferred, refine, with_dry_variants};
 use super::screen::{blocks, columns};
@@ -105,11 +105,14 @@ fn screened(
     definitions.extend(blocks(space, &all));
     space.with(&definitions, |system| {
         let start = Hypothesis { members: law.named.clone(), ..ground.start(system) };
-        let mut rows = ground.rows(system, &start).ok_or_else(diverges)?;
+        let Some(mut rows) = ground.rows(system, &start) else { return Ok(Vec::new()) };
         let rows_per_observation = about.rows_per_observation;
         rows.set_rows_per_observation(rows_per_observation);
         let iterations = ground.settings.remainder.iterations;
-        let fit = law.fitted_to(&rows.whole, ground.listed, iterations)?;
+        // A law that diverges somewhere has no neighbours.
+        let Ok(fit) = law.fitted_to(&rows.whole, ground.listed, iterations) else {
+            return Ok(Vec::new());
+        };
         let design = Design::at(&rows.whole, &fit.hypothesis)?;
         let named = design.own.len() - law.values.len();
         let design = design.beside(named);
