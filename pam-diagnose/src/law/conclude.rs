@@ -183,12 +183,11 @@ pub(super) fn ended(
         let last = Final { test, plain, base, corrected, seed: ground.seed };
         // A law that diverges on the open rows is none.
         let at = ground.listed + corrections.len();
-        let of_all = |l: &Tried| l.fitted_to(open, at, iterations).ok();
-        let fit = law.and_then(of_all);
+        let fit = law.and_then(|l| l.fitted_to(open, at, iterations).ok());
         let fitted = match law.zip(of_law.as_ref()).zip(fit) {
             Some(((l, definition), fit)) => {
-                // It removes most of what the correction removes from the open rows, or is as probable as that with its many numbers;
-                // the test set decides nothing but whether it is confirmed.
+                // A law replaces the correction if it achieves most of the correction's error reduction on the open rows, or if its
+                // posterior probability is at least that of the correction, which has more parameters. The test set only confirms it.
                 let of_open = last.share_of_correction(&fit, |f| f.errors.chi_square());
                 let as_probable =
                     total(open, &fit) + 2.0 * l.length <= total(open, &last.corrected);

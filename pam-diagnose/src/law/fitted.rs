@@ -37,7 +37,7 @@ fn replaced(
     })
 }
 
-/// Whether a fitted law is more probable on the open rows than the causes whose place it would take.
+/// Whether the posterior probability of a fitted law on the open rows exceeds that of the causes that it would replace.
 pub(super) fn is_more_probable(
     ground: &Ground<'_>,
     open: &Problem<'_, Dyn<'_>>,
@@ -49,7 +49,7 @@ pub(super) fn is_more_probable(
     }
     let rivals = Hypothesis { members: ground.rivals.clone(), ..open.base() };
     let rivals = open.fit(rivals, ground.settings.search.iterations)?;
-    // What the choice of a member costs counts all candidates of the diagnosis, and a law is as long as its description.
+    // A listed cause costs the logarithm of the number of candidates in the diagnosis, a law its description length.
     let members = |f: &Fit| 2.0 * f.hypothesis.members.len() as f64;
     let here = (open.system.candidate_len().max(1) as f64).ln();
     let of_law = total(open, fit) - members(fit) * here + 2.0 * law.length;
@@ -60,11 +60,11 @@ pub(super) fn is_more_probable(
 
 /// A law that is fitted to all open rows.
 pub(super) struct FittedLaw<'l> {
-    pub(super) law: &'l Tried,
-    pub(super) definition: &'l Definition,
+    law: &'l Tried,
+    definition: &'l Definition,
     pub(super) fit: Fit,
     /// Errors on the test set with the named causes, and with the law.
-    pub(super) error_reduction: ErrorReduction,
+    error_reduction: ErrorReduction,
     /// Values of its parameters.
     pub(super) values: Vec<f64>,
     /// Its terms with them.

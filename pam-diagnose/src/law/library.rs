@@ -1,13 +1,15 @@
 //! The terms that are tried.
 
-use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, repeating};
+use crate::terms::{
+    Factor, Function, Place, Term, Variable, VariableKind, is_dry_level, repeating,
+};
 
 /// Scales of functions, relative to the typical size of their argument.
 const THRESHOLDS: [f64; 3] = [0.2, 0.45, 0.7];
 const WIDTHS: [f64; 3] = [0.05, 0.2, 0.6];
 const DECAYS: [f64; 2] = [0.1, 0.4];
 const BELLS: [f64; 2] = [0.15, 0.5];
-/// Time constants of what fades in the course of a recording, relative to the longest recording.
+/// Time constants of the exponential decay with time, relative to the longest recording.
 const FADINGS: [f64; 3] = [0.1, 0.3, 1.0];
 /// Thresholds of gauge pressures, relative to their typical size: what only acts above a pressure.
 const PRESSURE_THRESHOLDS: [f64; 3] = [0.6, 0.85, 1.1];
@@ -26,10 +28,9 @@ pub(super) const MOST_FACTORS: usize = 3;
 
 /// All terms of up to two factors at the places of some families, each at a few scales.
 pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Place]) -> Vec<Term> {
-    let dry = |k: usize| places.iter().any(|p| p.dry.is_some_and(|(dry, _)| dry == k));
     let mut all = Vec::new();
     for (k, place) in places.iter().enumerate() {
-        if families.contains(&place.family) && !dry(k) {
+        if families.contains(&place.family) && !is_dry_level(k, places) {
             let products = at(place, variables).into_iter();
             all.extend(products.map(|factors| Term::new(k, factors, variables, places)));
         }
@@ -187,8 +188,7 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {
         for of in LAGGED {
             for time_s in LAGS_S {
-                let lagged =
-                    Factor { lag: Some(Lag::LowPass { of, time_s }), ..Factor::of(k, Linear, 1.0) };
+                let lagged = Factor::low_pass(k, of, time_s);
                 all.push(vec![lagged]);
                 if of == Linear {
                     all.push(vec![Factor { function: SignedSquare, ..lagged }]);

@@ -14,8 +14,8 @@
 //! 4. **Rounds.** About the best law so far, the library and the products of its terms with further factors are screened
 //!    anew, until nothing better turns up.
 //! 5. **The shortest law** that leaves nearly as little in every channel is refitted to training and validation data, without terms
-//!    that these data do not support. It takes the place of the correction if it removes most of what the correction removes, and the
-//!    test set confirms it.
+//!    that these data do not support. It replaces the correction if it achieves most of the correction's error reduction or is at least
+//!    as probable, and the test set confirms it.
 
 mod conclude;
 mod data;

@@ -1,7 +1,9 @@
 //! Terms that differ from a term in one factor.
 
 use super::library::{LAGGED, MOST_FACTORS, companions, functions, singles};
-use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, waves_along};
+use crate::terms::{
+    Factor, Function, Lag, Place, Term, Variable, VariableKind, is_dry_level, waves_along,
+};
 
 /// Time constants of another memory, s.
 const LAGS_S: [f64; 2] = [0.3, 1.5];
@@ -26,7 +28,7 @@ pub(super) fn neighbours(term: &Term, variables: &[Variable], places: &[Place]) 
     for (i, factor) in term.factors.iter().enumerate() {
         let mut others = siblings(*factor, variables);
         others.extend(of_other_variables(*factor, place, variables));
-        if may_remember(place, places) {
+        if may_remember(term.place, places) {
             others.extend(with_memory(*factor, place, variables));
         }
         all.extend(others.into_iter().map(|other| {
@@ -48,18 +50,18 @@ pub(super) fn neighbours(term: &Term, variables: &[Variable], places: &[Place]) 
     }
     let is_other = |k: usize| {
         let other = &places[k];
-        let is_dry = places.iter().any(|p| p.dry.is_some_and(|(dry, _)| dry == k));
-        k != term.place && other.family == place.family && other.unit == place.unit && !is_dry
+        let is_like = other.family == place.family && other.unit == place.unit;
+        k != term.place && is_like && !is_dry_level(k, places)
     };
     let others = (0..places.len()).filter(|k| is_other(*k));
     all.extend(others.map(|place| Term { place, ..term.clone() }));
     all
 }
 
-/// Whether a term at a place may remember; at the level of a dry friction as at the force of which this is a part.
-fn may_remember(place: &Place, places: &[Place]) -> bool {
-    let is_level = |p: &Place| p.dry.is_some_and(|(dry, _)| places[dry].id == place.id);
-    place.remembers || places.iter().any(|p| p.remembers && is_level(p))
+/// Whether terms with memory are allowed at a place. The level of a dry friction takes them if the force at which it acts does.
+fn may_remember(place: usize, places: &[Place]) -> bool {
+    let takes_level = |p: &Place| p.dry.is_some_and(|(level, _)| level == place);
+    places[place].remembers || places.iter().any(|p| p.remembers && takes_level(p))
 }
 
 /// The other functions of a factor's variable, at all their scales; for a low-pass, other functions as its input and of its state.
@@ -72,9 +74,7 @@ fn siblings(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
             let times = [time_s].into_iter().chain(LAGS_S);
             let with = |(of, function)| {
                 times.clone().map(move |time_s| {
-                    let lag = Some(Lag::LowPass { of, time_s });
-                    let state = Factor { lag, function, ..factor };
-                    Factor { scale: WIDTH * state.argument_size(variables), ..state }
+                    of_state(function, Factor::low_pass(factor.variable, of, time_s), variables)
                 })
             };
             kinds.flat_map(with).filter(|f| !f.is_like(&factor)).collect()
@@ -93,6 +93,11 @@ fn siblings(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
     }
 }
 
+/// A function of a memory state.
+fn of_state(function: Function, state: Factor, variables: &[Variable]) -> Factor {
+    Factor { function, scale: WIDTH * state.argument_size(variables), ..state }
+}
+
 /// The same function of the other variables that have it.
 fn of_other_variables(factor: Factor, place: &Place, variables: &[Variable]) -> Vec<Factor> {
     let own = &variables[factor.variable];
@@ -104,8 +109,8 @@ fn of_other_variables(factor: Factor, place: &Place, variables: &[Variable]) -> 
         match factor.lag {
             _ if k == factor.variable || !is_like => Vec::new(),
             Some(Lag::LowPass { of, .. }) if v.at_start.is_some() => {
-                let at = |time_s| Some(Lag::LowPass { of, time_s });
-                let others = LAGS_S.map(|time_s| Factor { lag: at(time_s), ..moved });
+                let lag = |time_s| Factor::low_pass(k, of, time_s).lag;
+                let others = LAGS_S.map(|time_s| Factor { lag: lag(time_s), ..moved });
                 [moved].into_iter().chain(others).collect()
             }
             None if functions(v).contains(&factor.function) => vec![moved],
@@ -119,10 +124,8 @@ fn of_other_variables(factor: Factor, place: &Place, variables: &[Variable]) -> 
 fn with_memory(factor: Factor, place: &Place, variables: &[Variable]) -> Vec<Factor> {
     let relaxed = |k: usize| {
         LAGS_S.into_iter().flat_map(move |time_s| {
-            let lag = Some(Lag::LowPass { of: Function::Linear, time_s });
-            let state = Factor { lag, ..Factor::of(k, Function::Linear, 1.0) };
-            let scale = WIDTH * state.argument_size(variables);
-            [state, Factor { function: Function::Saturated, scale, ..state }]
+            let state = Factor::low_pass(k, Function::Linear, time_s);
+            [state, of_state(Function::Saturated, state, variables)]
         })
     };
     match factor.lag {
@@ -137,10 +140,7 @@ fn with_memory(factor: Factor, place: &Place, variables: &[Variable]) -> Vec<Fac
         None if LAGGED.contains(&factor.function)
             && variables[factor.variable].at_start.is_some() =>
         {
-            let with = |time_s| Factor {
-                lag: Some(Lag::LowPass { of: factor.function, time_s }),
-                ..Factor::of(factor.variable, Function::Linear, 1.0)
-            };
+            let with = |time_s| Factor::low_pass(factor.variable, factor.function, time_s);
             LAGS_S.into_iter().map(with).collect()
         }
         _ => Vec::new(),

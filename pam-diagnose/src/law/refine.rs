@@ -66,6 +66,13 @@ pub(super) struct Searched {
 const NUISANCE_ITERATIONS: usize = 3;
 
 impl Tried {
+    /// Whether another law is the same but for numbers. Laws stand beside all named causes or beside none.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        self.named.len() == other.named.len()
+            && self.terms.len() == other.terms.len()
+            && self.terms.iter().zip(&other.terms).all(|(a, b)| a.is_like(b))
+    }
+
     /// The law, as a candidate of a problem, fitted to its rows: first the nuisances, which would otherwise move the law away from the
     /// values that it has, then everything.
     pub(super) fn fitted_to(
@@ -163,7 +170,7 @@ pub(crate) fn dry_variant(space: &dyn TermSpace, term: &Term) -> Term {
     level
 }
 
-/// Whether a term, or the dry friction whose smooth picture it is, does what one of these listed causes does.
+/// Whether a term is the same as one of these listed causes, as it stands or as the dry friction that it approximates.
 pub(super) fn says_one_of(space: &dyn TermSpace, term: &Term, named: &[&str]) -> bool {
     let ids = [space.listed(term), space.listed(&dry_variant(space, term))];
     ids.into_iter().flatten().any(|id| named.contains(&id))

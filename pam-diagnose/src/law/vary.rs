@@ -28,7 +28,7 @@ pub(super) fn vary(
     about: &About,
     searched: &mut Searched,
 ) -> Result<(), DiagnoseError> {
-    let mut varied: Vec<(bool, Vec<Term>)> = Vec::new();
+    let mut varied: Vec<Tried> = Vec::new();
     for _ in 0..=ground.settings.remainder.rounds {
         let totals = |tried: &[Tried]| {
             let least = |t: Option<&Tried>| t.map_or(f64::INFINITY, |t| t.total);
@@ -37,15 +37,10 @@ pub(super) fn vary(
         let before = totals(&searched.tried);
         let mut sets = Vec::new();
         for base in bases(&searched.tried, ground) {
-            let is_like = |(beside, terms): &(bool, Vec<Term>)| {
-                *beside != base.named.is_empty()
-                    && terms.len() == base.terms.len()
-                    && terms.iter().zip(&base.terms).all(|(a, b)| a.is_like(b))
-            };
-            if !varied.iter().any(is_like) {
+            if !varied.iter().any(|v| v.is_like(&base)) {
                 let found = screened(space, ground, about, &base)?;
                 sets.extend(found.into_iter().map(|terms| (terms, base.named.clone())));
-                varied.push((!base.named.is_empty(), base.terms));
+                varied.push(base);
             }
         }
         let more = with_dry_variants(space, sets, &searched.known);
@@ -70,12 +65,7 @@ fn bases(tried: &[Tried], ground: &Ground<'_>) -> Vec<Tried> {
     }
     let more = [alone().find(|t| t.terms[0].remembers()), ones().find(|t| !t.named.is_empty())];
     for law in more.into_iter().flatten() {
-        let is_same = |b: &Tried| {
-            b.named.len() == law.named.len()
-                && b.terms.len() == law.terms.len()
-                && b.terms.iter().zip(&law.terms).all(|(a, b)| a.is_like(b))
-        };
-        if !bases.iter().any(is_same) {
+        if !bases.iter().any(|b| b.is_like(law)) {
             bases.push(law.clone());
         }
     }

@@ -1,12 +1,14 @@
 //! The terms of a smooth correction.
 
-use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, repeating};
+use crate::terms::{
+    Factor, Function, Place, Term, Variable, VariableKind, is_dry_level, repeating,
+};
 
 /// Sizes at which the direction of a variable turns, relative to its typical size: the first one is close to dry friction.
 const TURNING: [f64; 2] = [0.05, 0.4];
 /// Distances from zero at which a correction may bend, relative to the typical size.
 const BENDS: [f64; 2] = [0.3, 0.65];
-/// Time constant of what fades in the course of a recording, relative to the longest recording.
+/// Time constant of the exponential decay with time, relative to the longest recording.
 const FADING: f64 = 0.25;
 /// Time constants of what a correction remembers, s.
 const LAGS_S: [f64; 3] = [0.1, 0.5, 2.5];
@@ -59,8 +61,7 @@ pub(crate) fn waves(
 
 /// The places of a family at which a smooth term can act.
 fn of_family(family: usize, places: &[Place]) -> impl Iterator<Item = usize> {
-    let is_dry = |k: usize| places.iter().any(|p| p.dry.is_some_and(|(dry, _)| dry == k));
-    (0..places.len()).filter(move |&k| places[k].family == family && !is_dry(k))
+    (0..places.len()).filter(move |&k| places[k].family == family && !is_dry_level(k, places))
 }
 
 fn plain(variable: usize, function: Function) -> Factor {
@@ -113,7 +114,7 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     all
 }
 
-/// What is there at the beginning of a recording and fades, alone and as large as something that moves.
+/// Exponential decay with time, alone and times each variable that moves.
 fn fading(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     let is_moving =
         |k: &&usize| matches!(variables[**k].kind, VariableKind::Moving | VariableKind::Turning);
@@ -132,10 +133,7 @@ fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     let mut all = Vec::new();
     for &k in known {
         for time_s in LAGS_S {
-            let of = |of| Factor {
-                lag: Some(Lag::LowPass { of, time_s }),
-                ..plain(k, Function::Linear)
-            };
+            let of = |of| Factor::low_pass(k, of, time_s);
             // A level of friction that remembers how hard something was driven.
             let turning = place
                 .variables

@@ -9,7 +9,8 @@ use crate::terms::{Term, TermSpace};
 use pam_core::parallel;
 use std::sync::{Mutex, PoisonError};
 
-/// Share of the rows of an observation below which corrections are fitted again with what the best of them leaves.
+/// The corrections are fitted again if the residual of the best of them is correlated over less than this share of the rows that had
+/// counted as one observation.
 const FEWER_ROWS: f64 = 0.8;
 /// Most times that they are.
 const AGAIN: usize = 3;
@@ -149,13 +150,10 @@ fn with_best_deviation(
     Ok(best)
 }
 
-/// The terms of each place.
-fn by_place(terms: &[Term]) -> Vec<Vec<Term>> {
-    terms.chunk_by(|a, b| a.place == b.place).map(<[Term]>::to_vec).collect()
-}
-
+/// The smooth terms of each place of a family.
 fn smooth_of(family: usize, space: &dyn TermSpace) -> Vec<Vec<Term>> {
-    by_place(&smooth(family, space.variables(), space.places()))
+    let terms = smooth(family, space.variables(), space.places());
+    terms.chunk_by(|a, b| a.place == b.place).map(<[Term]>::to_vec).collect()
 }
 
 /// A correction at the same places beside fewer named causes, with what those were.

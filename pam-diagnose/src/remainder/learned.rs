@@ -37,7 +37,7 @@ pub(crate) struct Learned {
 const EVIDENCE: f64 = 20.0;
 
 impl Learned {
-    /// What the system is asked to add.
+    /// The definitions of its terms.
     pub(crate) fn definitions(&self, space: &dyn TermSpace) -> Vec<Definition> {
         definitions(space, &self.terms, self.deviation)
     }
@@ -64,7 +64,7 @@ impl Learned {
         all.map(|(t, c)| Term { coefficient: c * t.coefficient, ..t.clone() }).collect()
     }
 
-    /// Whether the validation rows have learned something: a notable share of their squared error is gone, and that is no chance,
+    /// Whether the correction generalises: a notable share of the squared error of the validation rows is gone, and that is no chance,
     /// by the scatter between blocks of time or by their likelihood, which does not need the error to be everywhere.
     pub(crate) fn is_learned(&self, ground: &Ground<'_>) -> bool {
         let settings = &ground.settings.remainder;

@@ -1,8 +1,9 @@
 //! Which terms a correction needs.
 
+use super::ground::Dyn;
 use super::learned::{Before, Learned, definitions, fitted};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Member};
+use crate::fit::{Hypothesis, Member, Problem};
 use crate::law::{Design, Scores};
 use crate::terms::{Term, TermSpace, grouped};
 
@@ -12,6 +13,26 @@ const MOST_TERMS: usize = 14;
 const BEAM: usize = 3;
 /// Drop of the validation cost that an addition to a correction must bring.
 const WORTH: f64 = 10.0;
+
+/// The few of the last `count` coefficients of a hypothesis that do most, to first order, about the residual beside the rest of it. Channels
+/// are as good as noise where a fitted correction leaves them.
+fn needed(
+    train: &Problem<'_, Dyn<'_>>,
+    hypothesis: &Hypothesis,
+    count: usize,
+    fitted: &Hypothesis,
+) -> Result<Vec<usize>, DiagnoseError> {
+    let design = Design::at(train, hypothesis)?;
+    let first = design.own.len() - count;
+    let design = design.beside(first);
+    let scores = Scores {
+        design: &design,
+        rows_per_observation: train.correlated_rows(fitted)?,
+        least: train.errors(fitted)?.mean(),
+    };
+    let sums = scores.beam(&design.own, &vec![0.0; count], MOST_TERMS, BEAM);
+    Ok(sums.into_iter().next().map_or_else(Vec::new, |s| s.columns))
+}
 
 /// The correction without the terms that it does not need on the training rows, if the validation rows do not need them either:
 /// it is known better where there are no data, and takes less time.
@@ -24,18 +45,8 @@ pub(super) fn sparse(
     let kept: Vec<usize> = space.with(&dense.definitions(space), |system| {
         let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(Vec::new()) };
         let train = &rows.choosing.train;
-        let count: usize = dense.terms.iter().map(Vec::len).sum();
-        let design = Design::at(train, &dense.hypothesis)?;
-        let named = design.own.len() - count;
-        let design = design.beside(named);
-        let columns = design.own.clone();
-        let scores = Scores {
-            design: &design,
-            rows_per_observation: train.correlated_rows(&dense.hypothesis)?,
-            least: train.errors(&dense.hypothesis)?.mean(),
-        };
-        let all = scores.beam(&columns, &vec![0.0; count], MOST_TERMS, BEAM);
-        Ok(all.into_iter().next().map_or_else(Vec::new, |s| s.columns))
+        let count = dense.terms.iter().map(Vec::len).sum();
+        needed(train, &dense.hypothesis, count, &dense.hypothesis)
     })?;
     if kept.is_empty() {
         return Ok(dense);
@@ -81,17 +92,7 @@ pub(super) fn grown(
         let with = blocks.iter().enumerate().fold(best.hypothesis.clone(), |h, (k, block)| {
             h.with(first + k, &vec![0.0; block.len()])
         });
-        let design = Design::at(train, &with)?;
-        let first = design.own.len() - more.len();
-        let design = design.beside(first);
-        let columns = design.own.clone();
-        let scores = Scores {
-            design: &design,
-            rows_per_observation: train.correlated_rows(&best.hypothesis)?,
-            least: train.errors(&best.hypothesis)?.mean(),
-        };
-        let sums = scores.beam(&columns, &vec![0.0; more.len()], MOST_TERMS, BEAM);
-        Ok(sums.into_iter().next().map_or_else(Vec::new, |s| s.columns))
+        needed(train, &with, more.len(), &best.hypothesis)
     })?;
     if kept.is_empty() {
         return Ok(best);

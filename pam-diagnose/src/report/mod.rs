@@ -99,7 +99,7 @@ fn changed(h: &Headline, is_one: bool) -> String {
     format!("{verb} the error of the {} by {}", h.output, percent(share))
 }
 
-/// Named causes and what was learned, as the subject of a sentence, and whether it is one.
+/// The named causes and the learned law or correction as the subject of a sentence, and whether the subject is singular.
 fn subjects<M>(d: &Diagnosis<M>) -> (String, bool) {
     let leading = if d.causes.is_empty() { Vec::new() } else { headline::leading(d).0 };
     let mut all: Vec<String> = leading.iter().map(|c| plain_name(&c.effect)).collect();

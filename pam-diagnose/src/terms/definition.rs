@@ -1,6 +1,6 @@
 //! Terms as something that a system can simulate and fit.
 
-use super::space::{Place, Variable};
+use super::space::{Place, Variable, is_dry_level};
 use super::term::{Factor, Lag, Term};
 use pam_vocabulary::ParameterInfo;
 
@@ -101,7 +101,7 @@ impl Definition {
             let suffix = term.unit(variables, places).suffix();
             let name = format!("c{}{suffix}", k + 1);
             let reach = round_up(LARGEST * places[term.place].size / term.size(variables));
-            let dry = places.iter().any(|p| p.dry.is_some_and(|(at, _)| at == term.place));
+            let dry = is_dry_level(term.place, places);
             let low = if dry && term.factors.is_empty() { 0.0 } else { -reach };
             parameters.push(TermParameter {
                 name: name.clone(),

@@ -29,7 +29,7 @@ pub enum Function {
     Saturated,
     /// `exp(−|u|/w)`.
     Decaying,
-    /// `exp(−u/w)` of what is not negative.
+    /// `exp(−u/w)`, for variables that are never negative, such as the time.
     Fading,
     /// `1/(1 + (u/w)²)`: a bell.
     Peaked,

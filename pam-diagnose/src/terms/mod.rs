@@ -16,6 +16,7 @@ pub(crate) use definition::as_quotient;
 pub use definition::{Definition, Remembered, TermParameter};
 pub use function::Function;
 pub(crate) use repeating::{repeating, waves_along};
+pub(crate) use space::is_dry_level;
 pub use space::{Place, TermSpace, Variable, VariableKind};
 pub(crate) use term::grouped;
 pub use term::{Factor, Lag, Term};

@@ -74,6 +74,13 @@ impl Factor {
         Self { variable, lag: None, function, scale }
     }
 
+    /// The low-pass of a function of a variable.
+    #[must_use]
+    pub fn low_pass(variable: usize, of: Function, time_s: f64) -> Self {
+        let lag = Some(Lag::LowPass { of, time_s });
+        Self { lag, ..Self::of(variable, Function::Linear, 1.0) }
+    }
+
     /// The unit of the function's argument.
     #[must_use]
     pub fn argument_unit(&self, variables: &[Variable]) -> Unit {
