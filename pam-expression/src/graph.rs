@@ -426,13 +426,16 @@ impl Graph {
                 self.two(Dyadic::Divide, top, b)
             }
             Dyadic::Power => {
-                // aᵇ (db ln a + b da/a).
+                // aᵇ (db ln a + b da/a); at a = 0 the bracket does not exist, and the slope is set to zero.
                 let log = self.one(Unary::Log, a);
                 let first = times(self, db, log);
                 let ratio = self.two(Dyadic::Divide, da, a);
                 let second = times(self, b, ratio);
                 let sum = self.two(Dyadic::Add, first, second);
-                times(self, of, sum)
+                let slope = times(self, of, sum);
+                let zero = self.constant(0.0);
+                let is_zero = self.two(Dyadic::Equal, a, zero);
+                self.choice(is_zero, zero, slope)
             }
             Dyadic::Minimum => {
                 let taken = self.two(Dyadic::Less, b, a);

@@ -309,6 +309,8 @@ pub(crate) fn dyadic<S: Scalar>(function: Dyadic, a: &S, b: &S) -> S {
         Dyadic::Subtract => *a - *b,
         Dyadic::Multiply => *a * *b,
         Dyadic::Divide => *a / *b,
+        // As in the slope of a graph, a base of zero has none.
+        Dyadic::Power if a.real() == 0.0 && b.real() > 0.0 => S::zero(),
         Dyadic::Power => (*b * a.ln()).exp(),
         Dyadic::Minimum => a.minimum(*b),
         Dyadic::Maximum => a.maximum(*b),

@@ -126,9 +126,9 @@ pub(super) fn diverges() -> DiagnoseError {
     DiagnoseError::TooLittle("the correction diverges on the recordings".into())
 }
 
-/// Fits the error that remains after the named causes and searches for a law. If there is none, and some causes come and go or change
-/// their values, a law may stand for those: it takes their place if it is more probable on the open rows. One recording, whose end
-/// is all that confirms either, is not asked twice.
+/// Fits the error that remains after the named causes and searches for a law. If there is none, a law may stand for causes that come
+/// and go or change their values, and then for all of them: it takes their place if it is more probable on the open rows. One recording,
+/// whose end is all that confirms either, is not asked twice.
 pub(crate) fn rest(
     data: &Data<'_>,
     verdict: Verdict,
@@ -136,17 +136,26 @@ pub(crate) fn rest(
 ) -> Result<Rest, DiagnoseError> {
     let found = rest_beside(data, verdict, done)?;
     let ((_, ground), (_, chosen)) = (data.whole, data.chosen);
-    let is_law = found.remainder.outcome == RemainderOutcome::Law;
-    let is_settled = ground.settled.len() == ground.named.len();
+    let is_law = |found: &Rest| found.remainder.outcome == RemainderOutcome::Law;
     let one_recording = matches!(ground.roles.test_data, Some(TestData::LastPart { .. }));
-    if is_law || verdict == Verdict::Explained || is_settled || one_recording {
+    if is_law(&found) || verdict == Verdict::Explained || one_recording {
         return Ok(found);
     }
-    let whole = ground.beside(ground.settled.clone());
-    let chosen = chosen.beside(chosen.settled.clone());
-    let settled = Data { whole: (data.whole.0, &whole), chosen: (data.chosen.0, &chosen), ..*data };
-    let other = rest_beside(&settled, verdict, done)?;
-    Ok(if other.remainder.outcome == RemainderOutcome::Law { other } else { found })
+    let mut beside = ground.named.len();
+    for (own, of_chosen) in [(&ground.settled, &chosen.settled), (&Vec::new(), &Vec::new())] {
+        if own.len() == beside {
+            continue;
+        }
+        beside = own.len();
+        let (whole, chosen) = (ground.beside(own.clone()), chosen.beside(of_chosen.clone()));
+        let fewer =
+            Data { whole: (data.whole.0, &whole), chosen: (data.chosen.0, &chosen), ..*data };
+        let other = rest_beside(&fewer, verdict, done)?;
+        if is_law(&other) {
+            return Ok(other);
+        }
+    }
+    Ok(found)
 }
 
 fn rest_beside(

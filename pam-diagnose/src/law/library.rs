@@ -147,7 +147,9 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     }
     for (i, &a) in known.iter().enumerate() {
         for &b in &known[i + 1..] {
-            if !moves(a) && !moves(b) {
+            // Of two that are slow, what a pressure does more and more, or less and less.
+            let [is_a, is_b] = [a, b].map(|k| variables[k].is_time());
+            if !moves(a) && !moves(b) && is_a == is_b {
                 continue;
             }
             // Of a variable that is slow, everything of the other one.

@@ -18,6 +18,9 @@ const OF_MEMORY: [Function; 5] = [
 /// Width of a saturation of a memory state, relative to the typical size of the state.
 const WIDTH: f64 = 0.2;
 
+/// Exponents from which a power is fitted: roots, and what is steeper than a parabola or a cube.
+const POWERS: [f64; 4] = [0.5, 1.5, 2.5, 4.0];
+
 /// The term with another function, another variable, or more or less memory in the place of one of its factors, without one of
 /// them, or with a further one; and the same term at the other places of its family. Terms with like factors have like neighbours,
 /// in the same order.
@@ -85,12 +88,20 @@ fn siblings(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
             all.retain(|f| f.function != factor.function);
             let gaussian = Factor { function: Function::Gaussian, ..factor };
             all.extend((factor.function == Function::Peaked).then_some(gaussian));
+            all.extend(powers(factor.variable, variables));
             if variables[factor.variable].change.is_some() && !factor.function.is_wave() {
                 all.extend(waves_along(factor.variable, variables));
             }
             all
         }
     }
+}
+
+/// Powers of a variable with exponents of their own.
+fn powers(variable: usize, variables: &[Variable]) -> impl Iterator<Item = Factor> {
+    let signed = variables[variable].signed.then_some(Function::SignedPower);
+    let of = move |f| POWERS.map(|exponent| Factor::of(variable, f, exponent));
+    [Function::Power].into_iter().chain(signed).flat_map(of)
 }
 
 /// A function of a memory state.

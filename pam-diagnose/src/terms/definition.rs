@@ -2,6 +2,7 @@
 
 use super::space::{Place, Variable, is_dry_level};
 use super::term::{Factor, Lag, Term};
+use super::unit::Unit;
 use pam_vocabulary::ParameterInfo;
 
 /// A fitted number of a definition.
@@ -53,6 +54,8 @@ pub struct Definition {
 const LARGEST: f64 = 1e3;
 /// Multiples of their starting value between which scales and times stay.
 const SCALE_RANGE: f64 = 1e2;
+/// Exponents stay between a smooth picture of a sign and one of a wall.
+const EXPONENTS: [f64; 2] = [0.25, 8.0];
 
 impl Definition {
     /// Terms whose coefficients alone are fitted, as multiples of what they are, from zero on, with a prior of this standard
@@ -116,16 +119,20 @@ impl Definition {
                 if let Some((_, name)) = twin {
                     return name.clone();
                 }
-                let unit = match kind {
-                    Number::Scale(unit) => unit,
-                    Number::Time => super::unit::Unit::S,
+                let (letter, unit) = match kind {
+                    Number::Scale(unit) => ("w", unit),
+                    Number::Exponent => ("p", Unit::ONE),
+                    Number::Time => ("tau", Unit::S),
                 };
-                let letter = if kind == Number::Time { "tau" } else { "w" };
+                let range = match kind {
+                    Number::Exponent => EXPONENTS,
+                    _ => [round_up(value / SCALE_RANGE), round_up(value * SCALE_RANGE)],
+                };
                 let count = parameters.iter().filter(|p| p.name.starts_with(letter)).count();
                 let name = format!("{letter}{}{}", count + 1, unit.suffix());
                 parameters.push(TermParameter {
                     name: name.clone(),
-                    range: [round_up(value / SCALE_RANGE), round_up(value * SCALE_RANGE)],
+                    range,
                     logarithmic: true,
                     absent: None,
                     start: value,
@@ -230,7 +237,9 @@ impl Definition {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Number {
     /// A scale of a function, with its unit.
-    Scale(super::unit::Unit),
+    Scale(Unit),
+    /// An exponent.
+    Exponent,
     /// A time constant.
     Time,
 }
@@ -266,7 +275,11 @@ impl Writer<'_> {
                 }
             };
             let scale = if f.function.has_scale() {
-                number(f, Number::Scale(f.argument_unit(self.variables)), f.scale)
+                let kind = match f.function.has_exponent() {
+                    true => Number::Exponent,
+                    false => Number::Scale(f.argument_unit(self.variables)),
+                };
+                number(f, kind, f.scale)
             } else {
                 String::new()
             };

@@ -35,6 +35,10 @@ pub enum Function {
     Peaked,
     /// `exp(−(u/w)²)`: a bell without flanks.
     Gaussian,
+    /// `|u|^p` of the number of units, with a fitted exponent in the place of the scale.
+    Power,
+    /// `sign(u) |u|^p` of the number of units, with a fitted exponent in the place of the scale.
+    SignedPower,
     /// `sin(2π u/w)`.
     Sine,
     /// `cos(2π u/w)`.
@@ -43,7 +47,7 @@ pub enum Function {
 
 impl Function {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 20] = [
         Self::Linear,
         Self::Absolute,
         Self::Square,
@@ -60,6 +64,8 @@ impl Function {
         Self::Fading,
         Self::Peaked,
         Self::Gaussian,
+        Self::Power,
+        Self::SignedPower,
         Self::Sine,
         Self::Cosine,
     ];
@@ -70,7 +76,13 @@ impl Function {
         matches!(self, Self::Sine | Self::Cosine)
     }
 
-    /// Whether it has a scale.
+    /// Whether its scale is an exponent.
+    #[must_use]
+    pub fn has_exponent(self) -> bool {
+        matches!(self, Self::Power | Self::SignedPower)
+    }
+
+    /// Whether it has a scale, or an exponent in its place.
     #[must_use]
     pub fn has_scale(self) -> bool {
         matches!(
@@ -84,6 +96,8 @@ impl Function {
                 | Self::Fading
                 | Self::Peaked
                 | Self::Gaussian
+                | Self::Power
+                | Self::SignedPower
                 | Self::Sine
                 | Self::Cosine
         )
@@ -107,6 +121,8 @@ impl Function {
             | Self::Fading
             | Self::Peaked
             | Self::Gaussian
+            | Self::Power
+            | Self::SignedPower
             | Self::Sine
             | Self::Cosine => 0,
         }
@@ -132,6 +148,9 @@ impl Function {
             Self::Fading => (-u / scale).exp(),
             Self::Peaked => (1.0 + (u / scale).powi(2)).recip(),
             Self::Gaussian => (-(u / scale).powi(2)).exp(),
+            Self::Power => u.abs().powf(scale),
+            Self::SignedPower if u == 0.0 => 0.0,
+            Self::SignedPower => u.signum() * u.abs().powf(scale),
             Self::Sine => (std::f64::consts::TAU * u / scale).sin(),
             Self::Cosine => (std::f64::consts::TAU * u / scale).cos(),
         }
@@ -157,6 +176,8 @@ impl Function {
             Self::Fading => format!("exp(-{u} / {scale})"),
             Self::Peaked => format!("1 / (1 + ({u} / {scale})^2)"),
             Self::Gaussian => format!("exp(-({u} / {scale})^2)"),
+            Self::Power => format!("abs({u})^{scale}"),
+            Self::SignedPower => format!("sign({u}) * abs({u})^{scale}"),
             Self::Sine => format!("sin(2 * pi * {u} / {scale})"),
             Self::Cosine => format!("cos(2 * pi * {u} / {scale})"),
         }
@@ -177,7 +198,9 @@ impl Function {
             | Self::Decaying
             | Self::Fading
             | Self::Peaked
-            | Self::Gaussian => 3.0,
+            | Self::Gaussian
+            | Self::Power
+            | Self::SignedPower => 3.0,
             Self::Sine | Self::Cosine => 3.5,
         }
     }

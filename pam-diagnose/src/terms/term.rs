@@ -63,7 +63,7 @@ pub struct Factor {
     pub lag: Option<Lag>,
     /// The function.
     pub function: Function,
-    /// Its scale, in the unit of the argument; unused by functions without one.
+    /// Its scale, in the unit of the argument, or its exponent; unused by functions without one.
     pub scale: f64,
 }
 
@@ -118,7 +118,9 @@ impl Factor {
             | Function::Gaussian
             | Function::Sine
             | Function::Cosine => 1.0,
-            Function::Stiffening => self.function.value(size, self.scale),
+            Function::Stiffening | Function::Power | Function::SignedPower => {
+                self.function.value(size, self.scale)
+            }
             Function::Negative => size,
             plain => plain.value(size, 1.0),
         }
