@@ -186,6 +186,18 @@ pub(super) struct Laws {
     tube_drop: f64,
     /// The reading of x has `c z` with `ż = (F − z)/τ` for the force F of the motor: mm/N, s.
     tendon_elongation: [f64; 2],
+    /// Air out of the extensor `c (P_e² − P_atm²)`, laminar through a fine crack: g/(s kPa²).
+    seam_leak: f64,
+    /// Dry friction `c x²`, a guide that is worn in its middle: mN/mm².
+    worn_guide: f64,
+    /// Dry friction `a exp(−t/τ)` from the beginning of the excitation on, a grease that spreads: mN, s.
+    running_in: [f64; 2],
+    /// Air from flexor to extensor `c (P_f − P_e)`, laminar over the block of the valves: g/(s kPa).
+    cross_leak: f64,
+    /// The reading of x has `c F` for the force F of the motor, under which the frame of the sensor gives: mm/mN.
+    frame_give: f64,
+    /// P_f has `−c z` with `ż = v − z/τ`, air whose heat leaves to the wall: kPa/mm, s.
+    flexor_heat: [f64; 2],
 }
 
 /// What the laws remember.
@@ -229,6 +241,8 @@ pub(super) struct Kept {
     sheared_mm: f64,
     /// Low-passed force of the motor that has stretched the tendon, N.
     pulled_n: f64,
+    /// High-passed displacement, by which the flexor's air is expanded faster than heat enters, mm.
+    expanded_mm: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -352,6 +366,12 @@ impl Laws {
             "sampling_beat" => self.sampling_beat = [v("kpa"), v("frequency_hz")],
             "tube_drop" => self.tube_drop += v("kpa_s2_mm2"),
             "tendon_elongation" => self.tendon_elongation = [v("mm_n"), v("tau_s")],
+            "seam_leak" => self.seam_leak += v("g_s_kpa2"),
+            "worn_guide" => self.worn_guide += 1e3 * v("n_mm2"),
+            "running_in" => self.running_in = [1e3 * v("n"), v("tau_s")],
+            "cross_leak" => self.cross_leak += v("g_s_kpa"),
+            "frame_give" => self.frame_give += 1e-3 * v("mm_n"),
+            "flexor_heat" => self.flexor_heat = [v("kpa_mm"), v("tau_s")],
             _ => return false,
         }
         true
@@ -473,7 +493,8 @@ impl Laws {
             + self.braid_friction * gauge[0] * now.x.abs()
             + self.gear_friction * now.motor_mn.abs()
             + self.tilt_friction * (gauge[0] - gauge[1]).abs()
-            + self.settled_braid[0] * kept.unsettled_mm.abs();
+            + self.settled_braid[0] * kept.unsettled_mm.abs()
+            + self.worn_guide * now.x * now.x;
         if let [force, width] = self.seal_ridge
             && force != 0.0
         {
@@ -494,6 +515,11 @@ impl Laws {
         {
             dry += force * (PI * now.x / pitch).sin().powi(2);
         }
+        if let [force, time] = self.running_in
+            && force != 0.0
+        {
+            dry += force * (-now.t.max(0.0) / time).exp();
+        }
         dry
     }
 
@@ -506,6 +532,7 @@ impl Laws {
         let [_, series_s] = self.pressure_relaxation;
         let [_, heat_s] = self.heated_air;
         let [_, settling_s] = self.settled_braid;
+        let [_, wall_s] = self.flexor_heat;
         // By the midpoint rule.
         let [_, loss] = self.orifice_relaxation;
         let stretching = |z: f64| v - loss * z * z.abs();
@@ -552,6 +579,7 @@ impl Laws {
             unsettled_mm: low_passed(kept.unsettled_mm, settling_s * v, settling_s),
             sheared_mm: low_passed(kept.sheared_mm, bond_s * v, bond_s),
             pulled_n: low_passed(kept.pulled_n, 1e-3 * motor_mn, self.tendon_elongation[1]),
+            expanded_mm: low_passed(kept.expanded_mm, wall_s * v, wall_s),
         }
     }
 
@@ -564,7 +592,8 @@ impl Laws {
         let passed = self.turbulent_crosstalk * over * over.abs()
             + self.opening_crosstalk * over * x.max(0.0)
             + self.check_valve * over.max(0.0)
-            + self.orifice_crosstalk * over / (over.abs() + 1.0).sqrt();
+            + self.orifice_crosstalk * over / (over.abs() + 1.0).sqrt()
+            + self.cross_leak * over;
         let lost_by_extensor = self.stretch_leak * (kpa[1] - ATMOSPHERE_KPA) * x.max(0.0)
             + self.pumping_seal * (kpa[1] - ATMOSPHERE_KPA) * v.max(0.0);
         let [per_kpa, from_kpa] = self.opening_seal;
@@ -572,14 +601,16 @@ impl Laws {
         let [per_n, from_n] = self.tilting_fitting;
         let tilted = per_n * over_air * (1e-3 * motor_mn - from_n).max(0.0);
         let torn = self.growing_tear * (kpa[1] - ATMOSPHERE_KPA) * t.max(0.0);
-        [-lost - passed - tilted, passed - lost_by_extensor - blown_off - torn]
+        let seeped = self.seam_leak * (kpa[1].powi(2) - ATMOSPHERE_KPA.powi(2));
+        [-lost - passed - tilted, passed - lost_by_extensor - blown_off - torn - seeped]
     }
 
     /// Deviations of the pressures from the gas law, kPa.
     pub(super) fn heated_kpa(&self, kept: Kept) -> [f64; 2] {
         let more = self.heated_air[0] * kept.compressed_mm;
         let rubbed = self.friction_heat[0] * kept.rubbed_mm_s;
-        [-more + rubbed, more + rubbed]
+        let cooled = self.flexor_heat[0] * kept.expanded_mm;
+        [-more + rubbed - cooled, more + rubbed]
     }
 
     /// Readings of the pressures for true ones, kPa.
@@ -601,13 +632,14 @@ impl Laws {
         ]
     }
 
-    /// Reading of the displacement for the true one, mm, at pressures, kPa.
-    pub(super) fn reading_mm(&self, x: f64, kpa: [f64; 2], kept: Kept) -> f64 {
+    /// Reading of the displacement for the true one, mm, at pressures, kPa, and a force of the motor, mN.
+    pub(super) fn reading_mm(&self, x: f64, kpa: [f64; 2], motor_mn: f64, kept: Kept) -> f64 {
         let mut reading = x + self.bent_position * x * x - self.hall_position * x.powi(3)
             + self.warming_encoder[0] * kept.encoder_heat_n2
             + self.frame_bending * (kpa[0] - kpa[1])
             + self.joined_scale[0] * (x - self.joined_scale[1]).max(0.0)
-            + self.tendon_elongation[0] * kept.pulled_n;
+            + self.tendon_elongation[0] * kept.pulled_n
+            + self.frame_give * motor_mn;
         if let [amplitude, pitch] = self.encoder_interpolation
             && amplitude != 0.0
         {

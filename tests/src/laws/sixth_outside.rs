@@ -1,0 +1,91 @@
+//! Laws that were written without knowledge of the search or of the earlier lists, by an author who chose them before any
+//! file of the project was read.
+
+use super::{HiddenLaw, law};
+
+/// Ten laws that were written without knowledge of the search or of the earlier lists, two of them with memory, at other
+/// pressures.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn sixth_outside() -> Vec<HiddenLaw> {
+    let mut all = vec![
+        law(
+            "cubic_spring",
+            &[("n_mm3", 4.0)],
+            "parameters.k = { range = [0, 200], absent = 0, start = [2.5] }\nacts.force_n = \"-k * x^3\"",
+            &["x"],
+        ),
+        law(
+            "pressure_damping",
+            &[("n_s_mm_kpa", 0.0025)],
+            "parameters.c = { range = [0, 1], absent = 0, start = [0.0015] }\nacts.force_n = \"-c * (pf + pe - 2 * p_atm) * v\"",
+            &["pe", "pf", "v"],
+        ),
+        law(
+            "soft_stop",
+            &[("n_mm", 24.0), ("from_mm", 0.4)],
+            "parameters.k = { range = [0, 500], absent = 0, start = [16] }\nparameters.from_mm = { range = [0.01, 5], log = true, start = [0.3, 0.5] }\nacts.force_n = \"-k * max(x - from_mm, 0)\"",
+            &["x"],
+        ),
+        law(
+            "seam_leak",
+            &[("g_s_kpa2", 3e-10)],
+            "parameters.c = { range = [0, 1e-6], absent = 0, start = [2e-10] }\nacts.air_extensor_g_s = \"-c * (pe^2 - p_atm^2)\"",
+            &["pe"],
+        ),
+        HiddenLaw {
+            // A dry friction opposes the velocity, whether or not its level depends on it.
+            or: &["v", "x"],
+            ..law(
+                "worn_guide",
+                &[("n_mm2", 7.0)],
+                "parameters.c = { range = [0, 500], absent = 0, start = [5] }\nacts.dry_friction_n = \"c * x^2\"",
+                &["x"],
+            )
+        },
+        law(
+            "running_in",
+            &[("n", 30.0), ("tau_s", 6.0)],
+            "parameters.n = { range = [0, 500], absent = 0, start = [20] }\nparameters.tau_s = { range = [0.1, 1000], log = true, start = [4] }\nacts.dry_friction_n = \"n * exp(-t / tau_s)\"",
+            &["t"],
+        ),
+        law(
+            "cross_leak",
+            &[("g_s_kpa", 5e-7)],
+            "parameters.c = { range = [0, 1e-3], absent = 0, start = [3e-7] }\nlet.flow = \"c * (pf - pe)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\"",
+            &["pe", "pf"],
+        ),
+        law(
+            "frame_give",
+            &[("mm_n", 5e-4)],
+            "parameters.c = { range = [-1, 1], absent = 0, start = [3e-4] }\nacts.position_mm = \"x + c * force\"",
+            &["force"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "motor_heating",
+                &[("per_n2", 8e-6), ("tau_s", 8.0)],
+                "parameters.c = { range = [0, 1e-3], absent = 0, start = [5e-6] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [5] }\nmemory.z = { start = \"0\", rate = \"(force^2 - z) / tau_s\" }\nacts.force_n = \"-c * z * force\"",
+                &["force"],
+            )
+        },
+        HiddenLaw {
+            remembers: true,
+            or: &["x"],
+            ..law(
+                "flexor_heat",
+                &[("kpa_mm", 4.0), ("tau_s", 0.5)],
+                "parameters.c = { range = [-100, 100], absent = 0, start = [2.5] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [0.35] }\nmemory.z = { start = \"0\", rate = \"v - z / tau_s\" }\nacts.pressure_flexor_kpa = \"pf - c * z\"",
+                &["v"],
+            )
+        },
+    ];
+    all.iter_mut().for_each(|law| law.psi = CONDITIONS);
+    all
+}
+
+/// Gauge pressures of the recordings of [`sixth_outside`], psi.
+const CONDITIONS: [[f64; 2]; 3] = [[66.0, 49.0], [38.0, 55.0], [72.0, 63.0]];
