@@ -45,6 +45,8 @@ enum List {
     FourthOutside,
     /// Those that were written without knowledge of it together with these, and run after it was changed on these; seeds from 801 on.
     FifthOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1001 on.
+    SeventhOutside,
 }
 
 impl List {
@@ -60,6 +62,7 @@ impl List {
             Self::ThirdOutside => (laws::third_outside(), 601),
             Self::FourthOutside => (laws::fourth_outside(), 701),
             Self::FifthOutside => (laws::fifth_outside(), 801),
+            Self::SeventhOutside => (laws::seventh_outside(), 1001),
         }
     }
 
@@ -77,6 +80,7 @@ impl List {
             Self::FifthOutside => {
                 "without knowledge of it, before it was changed on those, run afterwards"
             }
+            Self::SeventhOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
@@ -89,6 +93,7 @@ impl List {
                 | Self::ThirdOutside
                 | Self::FourthOutside
                 | Self::FifthOutside
+                | Self::SeventhOutside
         )
     }
 }

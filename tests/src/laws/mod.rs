@@ -6,12 +6,14 @@ mod fifth_outside;
 mod fourth_outside;
 mod later;
 mod outside;
+mod seventh_outside;
 
 pub use developed::{laws, unseen};
 pub use fifth_outside::fifth_outside;
 pub use fourth_outside::fourth_outside;
 pub use later::{fresh, last};
 pub use outside::{outside, second_outside, third_outside};
+pub use seventh_outside::seventh_outside;
 
 use crate::diagnose::subject;
 use crate::plant::{Excitation, Experiment, Hidden, Plant, Sensors};

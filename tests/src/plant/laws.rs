@@ -186,6 +186,18 @@ pub(super) struct Laws {
     tube_drop: f64,
     /// The reading of x has `c z` with `ż = (F − z)/τ` for the force F of the motor: mm/N, s.
     tendon_elongation: [f64; 2],
+    /// `−c v / (1 + |v|/w)`, a grease that thins with its shear: mN s/mm, mm/s.
+    grease_thinning: [f64; 2],
+    /// `−c (P_f + P_e) v` with the absolute pressures, threads of a braid that are pressed together: mN s/(mm kPa).
+    braid_damping: f64,
+    /// Dry friction `a exp(−z/w)` with `ż = (|v| − z)/τ`, a seal whose film forms in motion: mN, mm/s, s.
+    seal_warmup: [f64; 3],
+    /// Air from flexor to extensor `c (P_f − P_e)`, a gap in the block of the valves: g/(s kPa).
+    cross_leak: f64,
+    /// The reading of x has `c F` for the force F of the motor, which bends the sensor's bracket: mm/mN.
+    frame_flex: f64,
+    /// The reading of P_f has `c F` for the force F of the motor, whose current shifts the amplifier's ground: kPa/mN.
+    motor_pickup: f64,
 }
 
 /// What the laws remember.
@@ -229,6 +241,8 @@ pub(super) struct Kept {
     sheared_mm: f64,
     /// Low-passed force of the motor that has stretched the tendon, N.
     pulled_n: f64,
+    /// Low-passed speed by which the film of a seal has formed, mm/s.
+    filmed_mm_s: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -352,6 +366,12 @@ impl Laws {
             "sampling_beat" => self.sampling_beat = [v("kpa"), v("frequency_hz")],
             "tube_drop" => self.tube_drop += v("kpa_s2_mm2"),
             "tendon_elongation" => self.tendon_elongation = [v("mm_n"), v("tau_s")],
+            "grease_thinning" => self.grease_thinning = [1e3 * v("n_s_mm"), v("mm_s")],
+            "braid_damping" => self.braid_damping += 1e3 * v("n_s_mm_kpa"),
+            "seal_warmup" => self.seal_warmup = [1e3 * v("n"), v("mm_s"), v("tau_s")],
+            "cross_leak" => self.cross_leak += v("g_s_kpa"),
+            "frame_flex" => self.frame_flex += 1e-3 * v("mm_n"),
+            "motor_pickup" => self.motor_pickup += 1e-3 * v("kpa_n"),
             _ => return false,
         }
         true
@@ -398,7 +418,8 @@ impl Laws {
             - self.creeping_grease * t.max(0.0) * v
             - self.orifice_relaxation[0] * kept.orifice_mm
             - self.core_loss * motor_mn * v.abs()
-            - self.bladder_bulge * gauge[0] * x * x.abs();
+            - self.bladder_bulge * gauge[0] * x * x.abs()
+            - self.braid_damping * (kpa[0] + kpa[1]) * v;
         if t >= 0.0 {
             let [force, frequency, phase] = self.fan;
             total += force * (TAU * frequency * t + phase).sin();
@@ -458,6 +479,11 @@ impl Laws {
         {
             total -= force * (kept.sheared_mm / width).tanh();
         }
+        if let [damping, width] = self.grease_thinning
+            && damping != 0.0
+        {
+            total -= damping * v / (1.0 + v.abs() / width);
+        }
         total
     }
 
@@ -494,6 +520,11 @@ impl Laws {
         {
             dry += force * (PI * now.x / pitch).sin().powi(2);
         }
+        if let [force, width, _] = self.seal_warmup
+            && force != 0.0
+        {
+            dry += force * (-kept.filmed_mm_s / width).exp();
+        }
         dry
     }
 
@@ -517,6 +548,7 @@ impl Laws {
         };
         let [_, shear_mm, rest_s] = self.thixotropy;
         let [_, _, bond_s] = self.payne_bushing;
+        let [_, _, film_s] = self.seal_warmup;
         let broken = if shear_mm > 0.0 && rest_s > 0.0 {
             let breaking = v.abs() / shear_mm;
             let rate = breaking + 1.0 / rest_s;
@@ -552,6 +584,7 @@ impl Laws {
             unsettled_mm: low_passed(kept.unsettled_mm, settling_s * v, settling_s),
             sheared_mm: low_passed(kept.sheared_mm, bond_s * v, bond_s),
             pulled_n: low_passed(kept.pulled_n, 1e-3 * motor_mn, self.tendon_elongation[1]),
+            filmed_mm_s: low_passed(kept.filmed_mm_s, v.abs(), film_s),
         }
     }
 
@@ -564,7 +597,8 @@ impl Laws {
         let passed = self.turbulent_crosstalk * over * over.abs()
             + self.opening_crosstalk * over * x.max(0.0)
             + self.check_valve * over.max(0.0)
-            + self.orifice_crosstalk * over / (over.abs() + 1.0).sqrt();
+            + self.orifice_crosstalk * over / (over.abs() + 1.0).sqrt()
+            + self.cross_leak * over;
         let lost_by_extensor = self.stretch_leak * (kpa[1] - ATMOSPHERE_KPA) * x.max(0.0)
             + self.pumping_seal * (kpa[1] - ATMOSPHERE_KPA) * v.max(0.0);
         let [per_kpa, from_kpa] = self.opening_seal;
@@ -593,7 +627,8 @@ impl Laws {
             kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2)
                 - self.supply_sag * motor_mn.abs()
                 + self.tube_drop * v * v.abs()
-                + beat,
+                + beat
+                + self.motor_pickup * motor_mn,
             kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x
                 - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0)
                 + pinched * (motor_mn - from_mn).max(0.0)
@@ -601,13 +636,14 @@ impl Laws {
         ]
     }
 
-    /// Reading of the displacement for the true one, mm, at pressures, kPa.
-    pub(super) fn reading_mm(&self, x: f64, kpa: [f64; 2], kept: Kept) -> f64 {
+    /// Reading of the displacement for the true one, mm, at pressures, kPa, and a force of the motor, mN.
+    pub(super) fn reading_mm(&self, x: f64, kpa: [f64; 2], kept: Kept, motor_mn: f64) -> f64 {
         let mut reading = x + self.bent_position * x * x - self.hall_position * x.powi(3)
             + self.warming_encoder[0] * kept.encoder_heat_n2
             + self.frame_bending * (kpa[0] - kpa[1])
             + self.joined_scale[0] * (x - self.joined_scale[1]).max(0.0)
-            + self.tendon_elongation[0] * kept.pulled_n;
+            + self.tendon_elongation[0] * kept.pulled_n
+            + self.frame_flex * motor_mn;
         if let [amplitude, pitch] = self.encoder_interpolation
             && amplitude != 0.0
         {

@@ -98,7 +98,8 @@ impl Chain {
 
     fn displacement(&self, acting: &Acting) -> f64 {
         let x = self.delays[0].ago(acting.position_delay_s / self.dt);
-        let x = acting.laws.reading_mm(x, [self.input[1], self.input[2]], self.kept);
+        let kpa = [self.input[1], self.input[2]];
+        let x = acting.laws.reading_mm(x, kpa, self.kept, self.motor_mn);
         (1.0 + acting.position_gain) * x + acting.offset_mm
     }
 
