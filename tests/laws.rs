@@ -47,6 +47,8 @@ enum List {
     FifthOutside,
     /// Those that were written without knowledge of the search or of the earlier lists; seeds from 901 on.
     SixthOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1001 on.
+    SeventhOutside,
 }
 
 impl List {
@@ -63,6 +65,7 @@ impl List {
             Self::FourthOutside => (laws::fourth_outside(), 701),
             Self::FifthOutside => (laws::fifth_outside(), 801),
             Self::SixthOutside => (laws::sixth_outside(), 901),
+            Self::SeventhOutside => (laws::seventh_outside(), 1001),
         }
     }
 
@@ -81,6 +84,7 @@ impl List {
                 "without knowledge of it, before it was changed on those, run afterwards"
             }
             Self::SixthOutside => "without knowledge of the search or of the earlier lists",
+            Self::SeventhOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
@@ -94,6 +98,7 @@ impl List {
                 | Self::FourthOutside
                 | Self::FifthOutside
                 | Self::SixthOutside
+                | Self::SeventhOutside
         )
     }
 }

@@ -6,6 +6,7 @@ mod fifth_outside;
 mod fourth_outside;
 mod later;
 mod outside;
+mod seventh_outside;
 mod sixth_outside;
 
 pub use developed::{laws, unseen};
@@ -13,6 +14,7 @@ pub use fifth_outside::fifth_outside;
 pub use fourth_outside::fourth_outside;
 pub use later::{fresh, last};
 pub use outside::{outside, second_outside, third_outside};
+pub use seventh_outside::seventh_outside;
 pub use sixth_outside::sixth_outside;
 
 use crate::diagnose::subject;

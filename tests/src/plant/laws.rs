@@ -198,6 +198,14 @@ pub(super) struct Laws {
     frame_give: f64,
     /// P_f has `−c z` with `ż = v − z/τ`, air whose heat leaves to the wall: kPa/mm, s.
     flexor_heat: [f64; 2],
+    /// `−c v / (1 + |v|/w)`, a grease that thins with its shear: mN s/mm, mm/s.
+    grease_thinning: [f64; 2],
+    /// `−c (P_f + P_e) v` with the absolute pressures, threads of a braid that are pressed together: mN s/(mm kPa).
+    braid_damping: f64,
+    /// Dry friction `a exp(−z/w)` with `ż = (|v| − z)/τ`, a seal whose film forms in motion: mN, mm/s, s.
+    seal_warmup: [f64; 3],
+    /// The reading of P_f has `c F` for the force F of the motor, whose current shifts the amplifier's ground: kPa/mN.
+    motor_pickup: f64,
 }
 
 /// What the laws remember.
@@ -243,6 +251,8 @@ pub(super) struct Kept {
     pulled_n: f64,
     /// High-passed displacement, by which the flexor's air is expanded faster than heat enters, mm.
     expanded_mm: f64,
+    /// Low-passed speed by which the film of a seal has formed, mm/s.
+    filmed_mm_s: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -372,6 +382,11 @@ impl Laws {
             "cross_leak" => self.cross_leak += v("g_s_kpa"),
             "frame_give" => self.frame_give += 1e-3 * v("mm_n"),
             "flexor_heat" => self.flexor_heat = [v("kpa_mm"), v("tau_s")],
+            "grease_thinning" => self.grease_thinning = [1e3 * v("n_s_mm"), v("mm_s")],
+            "braid_damping" => self.braid_damping += 1e3 * v("n_s_mm_kpa"),
+            "seal_warmup" => self.seal_warmup = [1e3 * v("n"), v("mm_s"), v("tau_s")],
+            "frame_flex" => self.frame_give += 1e-3 * v("mm_n"),
+            "motor_pickup" => self.motor_pickup += 1e-3 * v("kpa_n"),
             _ => return false,
         }
         true
@@ -418,7 +433,8 @@ impl Laws {
             - self.creeping_grease * t.max(0.0) * v
             - self.orifice_relaxation[0] * kept.orifice_mm
             - self.core_loss * motor_mn * v.abs()
-            - self.bladder_bulge * gauge[0] * x * x.abs();
+            - self.bladder_bulge * gauge[0] * x * x.abs()
+            - self.braid_damping * (kpa[0] + kpa[1]) * v;
         if t >= 0.0 {
             let [force, frequency, phase] = self.fan;
             total += force * (TAU * frequency * t + phase).sin();
@@ -478,6 +494,11 @@ impl Laws {
         {
             total -= force * (kept.sheared_mm / width).tanh();
         }
+        if let [damping, width] = self.grease_thinning
+            && damping != 0.0
+        {
+            total -= damping * v / (1.0 + v.abs() / width);
+        }
         total
     }
 
@@ -520,6 +541,11 @@ impl Laws {
         {
             dry += force * (-now.t.max(0.0) / time).exp();
         }
+        if let [force, width, _] = self.seal_warmup
+            && force != 0.0
+        {
+            dry += force * (-kept.filmed_mm_s / width).exp();
+        }
         dry
     }
 
@@ -544,6 +570,7 @@ impl Laws {
         };
         let [_, shear_mm, rest_s] = self.thixotropy;
         let [_, _, bond_s] = self.payne_bushing;
+        let [_, _, film_s] = self.seal_warmup;
         let broken = if shear_mm > 0.0 && rest_s > 0.0 {
             let breaking = v.abs() / shear_mm;
             let rate = breaking + 1.0 / rest_s;
@@ -580,6 +607,7 @@ impl Laws {
             sheared_mm: low_passed(kept.sheared_mm, bond_s * v, bond_s),
             pulled_n: low_passed(kept.pulled_n, 1e-3 * motor_mn, self.tendon_elongation[1]),
             expanded_mm: low_passed(kept.expanded_mm, wall_s * v, wall_s),
+            filmed_mm_s: low_passed(kept.filmed_mm_s, v.abs(), film_s),
         }
     }
 
@@ -624,7 +652,8 @@ impl Laws {
             kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2)
                 - self.supply_sag * motor_mn.abs()
                 + self.tube_drop * v * v.abs()
-                + beat,
+                + beat
+                + self.motor_pickup * motor_mn,
             kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x
                 - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0)
                 + pinched * (motor_mn - from_mn).max(0.0)
