@@ -7,7 +7,9 @@ use super::terms::FieldTerms;
 use crate::error::DiagnoseError;
 use crate::law::{Data, NOTHING_LEFT, rest};
 use crate::noise::Noise;
-use crate::remainder::{Ground, Remainder, RemainderOutcome, named_and_settled, nothing_left};
+use crate::remainder::{
+    Ground, Remainder, RemainderOutcome, is_replaceable, named_and_settled, nothing_left,
+};
 use pam_core::ParametricField;
 use pam_solvers::Input;
 use pam_train::field::FieldProblem;
@@ -55,6 +57,8 @@ where
             named,
             settled,
             rivals: Vec::new(),
+            margin: 0.0,
+            replaceable: is_replaceable(&found),
             choices: candidates.len(),
             settings: &settings,
             seed: options.seed,

@@ -10,7 +10,9 @@ use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
 use crate::law::{Data, NOTHING_LEFT, rest};
 use crate::noise::Noise;
-use crate::remainder::{Ground, Remainder, RemainderOutcome, named_and_settled, nothing_left};
+use crate::remainder::{
+    Ground, Remainder, RemainderOutcome, is_replaceable, named_and_settled, nothing_left,
+};
 use pam_effects::effects::AnyEffect;
 use pam_effects::expression;
 use pam_effects::model::{ActiveEffect, ExtendedModel};
@@ -79,6 +81,8 @@ pub(super) fn from_trials(
         named,
         settled,
         rivals: Vec::new(),
+        margin: 0.0,
+        replaceable: is_replaceable(&found),
         listed: space.listed.len(),
         choices: options.candidates.len(),
         settings,

@@ -127,8 +127,8 @@ pub(super) fn diverges() -> DiagnoseError {
 }
 
 /// Fits the error that remains after the named causes and searches for a law. If there is none, a law may stand for causes that come
-/// and go or change their values, and then for all of them: it takes their place if it is more probable on the open rows. One recording,
-/// whose end is all that confirms either, is not asked twice.
+/// and go or change their values, and then for all of them. It takes their place if it is more probable on the open rows, by
+/// clear odds if it takes that of causes which hold. One recording, whose end is all that confirms either, is not asked twice.
 pub(crate) fn rest(
     data: &Data<'_>,
     verdict: Verdict,
@@ -138,16 +138,18 @@ pub(crate) fn rest(
     let ((_, ground), (_, chosen)) = (data.whole, data.chosen);
     let is_law = |found: &Rest| found.remainder.outcome == RemainderOutcome::Law;
     let one_recording = matches!(ground.roles.test_data, Some(TestData::LastPart { .. }));
-    if is_law(&found) || verdict == Verdict::Explained || one_recording {
+    if is_law(&found) || one_recording {
         return Ok(found);
     }
-    let mut beside = ground.named.len();
-    for (own, of_chosen) in [(&ground.settled, &chosen.settled), (&Vec::new(), &Vec::new())] {
-        if own.len() == beside {
-            continue;
-        }
-        beside = own.len();
-        let (whole, chosen) = (ground.beside(own.clone()), chosen.beside(of_chosen.clone()));
+    let mut others = Vec::new();
+    let some_change = ground.settled.len() < ground.named.len();
+    if some_change && verdict != Verdict::Explained {
+        others.push([ground, chosen].map(Ground::beside_settled));
+    }
+    if ground.replaceable && others.iter().all(|[whole, _]| !whole.named.is_empty()) {
+        others.push([ground, chosen].map(Ground::beside_none));
+    }
+    for [whole, chosen] in others {
         let fewer =
             Data { whole: (data.whole.0, &whole), chosen: (data.chosen.0, &chosen), ..*data };
         let other = rest_beside(&fewer, verdict, done)?;

@@ -37,7 +37,8 @@ fn replaced(
     })
 }
 
-/// Whether the posterior probability of a fitted law on the open rows exceeds that of the causes that it would replace.
+/// Whether the posterior probability of a fitted law on the open rows exceeds that of the causes that it would replace, by the margin
+/// of the ground.
 pub(super) fn is_more_probable(
     ground: &Ground<'_>,
     open: &Problem<'_, Dyn<'_>>,
@@ -55,7 +56,7 @@ pub(super) fn is_more_probable(
     let of_law = total(open, fit) - members(fit) * here + 2.0 * law.length;
     let choices = (ground.choices.max(1) as f64).ln();
     let of_rivals = total(open, &rivals) + members(&rivals) * (choices - here);
-    Ok(of_law < of_rivals)
+    Ok(of_law + ground.margin < of_rivals)
 }
 
 /// A law that is fitted to all open rows.

@@ -8,14 +8,15 @@ use crate::terms::{
 /// Time constants of another memory, s.
 const LAGS_S: [f64; 2] = [0.3, 1.5];
 /// Functions of a memory state.
-const OF_MEMORY: [Function; 5] = [
+const OF_MEMORY: [Function; 6] = [
     Function::Absolute,
     Function::Square,
     Function::SignedSquare,
     Function::Positive,
     Function::Saturated,
+    Function::Decaying,
 ];
-/// Width of a saturation of a memory state, relative to the typical size of the state.
+/// Width of a saturation or a decay of a memory state, relative to the typical size of the state.
 const WIDTH: f64 = 0.2;
 
 /// Exponents from which a power is fitted: roots, and what is steeper than a parabola or a cube.

@@ -1,6 +1,6 @@
 //! The data from which terms are learned.
 
-use crate::data::Roles;
+use crate::data::{Roles, TestData};
 use crate::diagnosis::Diagnosis;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Problem};
@@ -23,6 +23,10 @@ pub(crate) struct Ground<'a> {
     pub(crate) settled: Vec<Member>,
     /// Causes that a law has to surpass.
     pub(crate) rivals: Vec<Member>,
+    /// By how much, as a difference of minus two times the logarithm of the posterior probability.
+    pub(crate) margin: f64,
+    /// Whether a law may take the place of all named causes.
+    pub(crate) replaceable: bool,
     /// Number of candidates of the system without any terms.
     pub(crate) listed: usize,
     /// Number of candidates from which the named causes were chosen.
@@ -44,13 +48,20 @@ pub(crate) fn named_and_settled<M>(found: &Diagnosis<M>) -> (Vec<Member>, Vec<Me
 
 /// Whether a diagnosis leaves too little for a remainder: in no channel is the residual that its causes leave of training and
 /// validation data above the first estimate of the noise and the errors of the model on baseline recordings by the factor that
-/// its verdict asks for. It takes no simulation.
+/// its verdict asks for, and no law is to be tried in the place of its causes. It takes no simulation.
 pub(crate) fn nothing_left<M>(found: &Diagnosis<M>, settings: &RemainderSettings) -> bool {
-    // A law may stand in the place of causes that come and go although those leave nothing.
     let (named, settled) = named_and_settled(found);
     let most = most_left(found.verdict, settings);
-    (found.verdict == Verdict::Explained || settled.len() == named.len())
-        && found.residual.channels.iter().all(|c| c.rms_left <= most * c.noise)
+    let some_change = settled.len() < named.len() && found.verdict != Verdict::Explained;
+    let may_replace = some_change || is_replaceable(found);
+    !may_replace && found.residual.channels.iter().all(|c| c.rms_left <= most * c.noise)
+}
+
+/// Whether a law may take the place of all causes of a diagnosis: of those that leave an error, and of several that do not, since
+/// these together may imitate one that is not listed. The end of a single recording cannot confirm it.
+pub(crate) fn is_replaceable<M>(found: &Diagnosis<M>) -> bool {
+    let least = if found.verdict == Verdict::Explained { 2 } else { 1 };
+    found.causes.len() >= least && !matches!(found.test, TestData::LastPart { .. })
 }
 
 /// Multiple of the first estimate of the noise up to which nothing is left. Where the diagnosis found nothing, or causes that
@@ -88,6 +99,17 @@ impl Ground<'_> {
     pub(crate) fn beside(&self, named: Vec<Member>) -> Self {
         let rivals = if self.rivals.is_empty() { &self.named } else { &self.rivals };
         Self { rivals: rivals.clone(), named, ..self.clone() }
+    }
+
+    /// The same beside the causes that hold.
+    pub(crate) fn beside_settled(&self) -> Self {
+        self.beside(self.settled.clone())
+    }
+
+    /// The same beside no cause: a law has to surpass all of them by clear odds.
+    pub(crate) fn beside_none(&self) -> Self {
+        let margin = 2.0 * self.settings.verdict.confusable_odds.ln();
+        Self { margin, ..self.beside(Vec::new()) }
     }
 
     /// Training and validation rows of a system, in units of the noise; as many rows are one observation as the residual of

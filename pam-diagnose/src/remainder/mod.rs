@@ -21,7 +21,7 @@ mod sparse;
 pub(crate) use dependence::dependence;
 pub(crate) use ground::{Dyn, Ground, most_left};
 #[cfg(feature = "laws")]
-pub(crate) use ground::{named_and_settled, nothing_left};
+pub(crate) use ground::{is_replaceable, named_and_settled, nothing_left};
 pub(crate) use learn::{learn, learn_again};
 pub(crate) use learned::{Learned, validation_errors};
 pub use result::{Correction, Dependence, Remainder, RemainderOutcome};
