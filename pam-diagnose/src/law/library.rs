@@ -20,6 +20,8 @@ const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
 /// Functions of a variable that are remembered.
 pub(super) const LAGGED: [Function; 4] =
     [Function::Linear, Function::Absolute, Function::Square, Function::SignedSquare];
+/// Scale of the decay of a loss with what is remembered, relative to the typical size of that.
+const WORN: f64 = 0.4;
 /// Widths of slip elements, relative to the typical size.
 const SLIPS: [f64; 3] = [0.1, 0.25, 0.6];
 
@@ -172,7 +174,7 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
 }
 
 fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
-    use Function::{Absolute, Linear, Saturated, SignedSquare, Square};
+    use Function::{Absolute, Decaying, Linear, Saturated, SignedSquare, Square};
     let mut all = Vec::new();
     // Pressures: the time has no companion among what remembers.
     let is_slow = |k: &usize| {
@@ -201,7 +203,14 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
                 }
                 if let (Some(&v), true) = (turning, place.rich) {
                     let turned = Factor::of(v, Saturated, WIDTHS[0] * variables[v].size);
-                    all.extend([vec![lagged, Factor::of(v, Linear, 1.0)], vec![lagged, turned]]);
+                    let losses = [Factor::of(v, Linear, 1.0), turned];
+                    all.extend(losses.map(|loss| vec![lagged, loss]));
+                    // What is driven hard loses less and less.
+                    if matches!(of, Absolute | Square) {
+                        let scale = WORN * lagged.argument_size(variables);
+                        let worn = Factor { function: Decaying, scale, ..lagged };
+                        all.extend(losses.map(|loss| vec![worn, loss]));
+                    }
                 }
                 // How hard something was driven softens or stiffens it: a size that is remembered, times where it is.
                 if place.rich && matches!(of, Absolute | Square) {
