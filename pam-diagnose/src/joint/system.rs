@@ -62,6 +62,8 @@ impl<'a> JointSystem<'a> {
     pub(super) const LEAD: usize = 2;
     /// Place of the share of the doubtful force that is noise.
     pub(super) const FORCE_NOISE: usize = 3;
+    /// Places of the offsets of the pressures among the nuisances of a recording.
+    const OFFSETS: std::ops::Range<usize> = 4..6;
     /// Place of the first share of an effect that baseline recordings have shown.
     pub(super) const SHARES: usize = 4;
 
@@ -135,6 +137,13 @@ impl<'a> JointSystem<'a> {
             settings: *settings,
             motions: open_points.iter().map(|_| motions::latest()).collect(),
             open_points,
+        }
+    }
+
+    /// Widens the priors of the offsets of the first pressure samples by a standard deviation, kPa.
+    pub(super) fn widen_offsets(&mut self, deviation_kpa: f64) {
+        for offset in &mut self.local[Self::OFFSETS] {
+            offset.deviation = offset.deviation.hypot(deviation_kpa);
         }
     }
 

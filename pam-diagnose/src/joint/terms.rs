@@ -25,6 +25,8 @@ pub(super) struct JointTerms<'a> {
     pub(super) fixed: &'a [ActiveEffect],
     /// What baseline recordings have shown.
     pub(super) baseline: Option<BaselineDiscrepancy>,
+    /// Whether the trials are parts of recordings.
+    in_parts: bool,
     /// Candidates from a list.
     pub(super) listed: Vec<&'static dyn AnyEffect>,
     pub(super) settings: &'a DiagnosisSettings,
@@ -64,6 +66,7 @@ impl<'a> JointTerms<'a> {
         let mut space = Self {
             trials,
             open,
+            in_parts: false,
             base,
             fixed,
             baseline,
@@ -87,6 +90,7 @@ impl<'a> JointTerms<'a> {
         Self {
             open: OpenPart::whole(parts.len()),
             trials: parts,
+            in_parts: true,
             base: self.base,
             fixed: self.fixed,
             baseline: self.baseline.clone(),
@@ -109,6 +113,9 @@ impl<'a> JointTerms<'a> {
             JointSystem::new(trials, &self.open, self.base, self.fixed, effects, self.settings);
         if let Some(baseline) = &self.baseline {
             system.learn(baseline);
+        }
+        if self.in_parts {
+            system.widen_offsets(self.settings.remainder.piece_offset_kpa);
         }
         system
     }

@@ -98,6 +98,9 @@ const FOLLOWED: [[usize; 2]; 2] = [[28, 1], [14, 3]];
 const START_SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 /// Laws that are fitted to the end.
 const FITTED: usize = 6;
+/// Laws of one term that are followed in any case, beside the causes and beside none: a time constant that is far off at first makes them
+/// look worse than sums which imitate them.
+const SHORT: usize = 3;
 
 impl Proposal {
     /// Whether another one is the same but for numbers that a fit would make the same.
@@ -254,7 +257,12 @@ pub(super) fn refine(
         for [followed, more] in FOLLOWED.into_iter().chain([last]) {
             going.sort_by(|a, b| prospect(a).total_cmp(&prospect(b)));
             let rest = going.split_off(followed.min(going.len()));
-            done.extend(rest);
+            for left in rest {
+                let of = |k: usize| (proposals[k].named.len(), proposals[k].terms.len());
+                let alike = going.iter().filter(|(k, _)| of(*k) == of(left.0)).count();
+                let is_short = proposals[left.0].terms.len() == 1;
+                if is_short && alike < SHORT { &mut going } else { &mut done }.push(left);
+            }
             going = parallel::map_each(going, |(k, fit)| {
                 let further = train.fit_further(fit.clone(), more);
                 (k, further.unwrap_or(fit))

@@ -452,6 +452,9 @@ settings! {
         most_of_one_s: f64 = 20.0, "s", POSITIVE, TIME;
         /// Length of the shortest of these pieces.
         piece_s: f64 = 6.0, "s", POSITIVE, TIME;
+        /// Prior standard deviation of the offset of the first pressure samples of a piece: what remembers the time before it is
+        /// unknown there.
+        piece_offset_kpa: f64 = 5.0, "kPa", POSITIVE, STUDIES;
         /// Standard deviations of the prior of the coefficients of a smooth correction, relative to the size of what acts where
         /// it acts; the validation data choose.
         deviations: [f64; 4] = [0.03, 0.1, 0.3, 0.01], "–", POSITIVE, STUDIES;
