@@ -22,9 +22,9 @@ use pam_data::MassOrigin;
 /// The state of the extended joint, moved step by step: Runge–Kutta steps of fourth order, and dry friction as a
 /// set-valued force.
 pub(crate) struct JointIntegrator<'a, S, F> {
-    record: &'a ResampledRecord,
+    pub(super) record: &'a ResampledRecord,
     base: &'a Base<S>,
-    force: &'a F,
+    pub(super) force: &'a F,
     parts: &'a [Part<'a, S>],
     /// The hooks that any of them has.
     hooks: Hooks,
@@ -50,9 +50,9 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     /// it that is noise; none where that is nothing.
     noise: Option<(&'a FineForce, Option<&'a [f64]>, S)>,
     start_kpa: [S; 2],
-    x: S,
-    v: S,
-    air_g: [S; 2],
+    pub(super) x: S,
+    pub(super) v: S,
+    pub(super) air_g: [S; 2],
     /// The driving force now, mN.
     driving_mn: S,
     memory: Vec<S>,
@@ -90,9 +90,10 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let parts = &parts.list;
         let start_s = record.since_start_s;
         let x = rest.start_mm + nuisances.start_mm;
+        let began_at = record.before.as_ref().map_or(x, |b| S::constant(b.start_mm()));
         let mut memory = vec![S::zero(); memory_len];
         for part in parts {
-            part.effect.begin(part.p, x, &mut memory[part.memory.clone()]);
+            part.effect.begin(part.p, began_at, &mut memory[part.memory.clone()]);
         }
         let law = law_of(parts, start_s);
         let chambers = Chambers::new(base, law, air_changed, rest.sealed_mm);
@@ -139,6 +140,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             driving_mn: S::zero(),
             memory,
         };
+        joint.remember_before();
         joint.driving_mn = joint.driving_at(0, 0.0);
         // What may stick later is not asked now: it may ask for the base model's force, which is asked in steps alone.
         joint.rough =
@@ -213,6 +215,14 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     pub(crate) fn at_point(&mut self, k: usize) {
         if self.changes_in_time {
             self.at_time(self.record.since_start_s + self.record.fine_step_s() * k as f64);
+        }
+    }
+
+    /// Takes them as they are in the middle of a step.
+    #[inline(always)]
+    pub(super) fn at_middle(&mut self, step: &Substep<S>) {
+        if self.changes_in_time {
+            self.at_time(step.start_s + 0.5 * (step.from + step.to) * step.grid_s);
         }
     }
 
@@ -480,9 +490,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     #[inline(always)]
     fn substep(&mut self, step: &Substep<S>) {
-        if self.changes_in_time {
-            self.at_time(step.start_s + 0.5 * (step.from + step.to) * step.grid_s);
-        }
+        self.at_middle(step);
         let force = self.force;
         let air = force.sealed(self.air_g);
         let [to_x, to_v] = if self.rough {
@@ -492,7 +500,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             self.slide(&air, step, 0.0).1
         };
         let h = (step.to - step.from) * step.grid_s;
-        if self.chambers.leaks() || self.hooks.air_flow || self.hooks.advance {
+        if self.has_memory() {
             let at = At { share: S::constant(step.to), x: to_x, v: to_v };
             self.remember(&air, step, &at, h);
         }
@@ -501,8 +509,14 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 }
 
 impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
+    /// Whether air or memory moves.
+    #[inline(always)]
+    pub(super) fn has_memory(&self) -> bool {
+        self.chambers.leaks() || self.hooks.air_flow || self.hooks.advance
+    }
+
     /// Moves air and memory over a substep of the length `h` that ends `at`.
-    fn remember(&mut self, air: &F::Sealed<'_>, step: &Substep<S>, at: &At<S>, h: f64) {
+    pub(super) fn remember(&mut self, air: &F::Sealed<'_>, step: &Substep<S>, at: &At<S>, h: f64) {
         let mut memory = std::mem::take(&mut self.memory);
         let sealed = self.air();
         let end = self.point(air, &sealed, step, at, None);

@@ -10,6 +10,7 @@
 //! that holds the joint exactly still, with steps cut where the joint turns, stops or breaks away.
 
 pub(crate) mod base;
+mod before;
 mod friction;
 mod gas;
 mod gas_table;
@@ -28,6 +29,7 @@ mod trajectory;
 mod trial;
 
 pub use base::Base;
+pub use before::Before;
 pub use gas::Chambers;
 pub use input::FineForce;
 pub use nuisances::Nuisances;

@@ -1,5 +1,6 @@
 //! A recording on the simulation's own grid.
 
+use super::before::Before;
 use super::input::{FineForce, interpolated, resampled};
 use super::steps::LONGEST_S;
 use super::trial::range_of;
@@ -9,6 +10,7 @@ use pam_data::Subject;
 use pam_data::preprocess::LowPass;
 use pam_data::{Channel, MassOrigin, Recording};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Where a trial came from.
 #[derive(Debug, Clone)]
@@ -38,6 +40,8 @@ pub struct ResampledRecord {
     /// Time between the start of the excitation and the first grid point, s; not zero for a part of a
     /// recording.
     pub since_start_s: f64,
+    /// The motion before a part of a recording, which effects remember there.
+    pub before: Option<Arc<Before>>,
     /// Time between two samples of the recording, s.
     pub sample_s: f64,
     /// The force at half steps of the simulation.
@@ -163,6 +167,7 @@ impl ResampledRecord {
             step_s,
             steps_per_point,
             since_start_s: 0.0,
+            before: None,
             sample_s,
             force,
             doubtful_force: None,
@@ -186,7 +191,8 @@ impl ResampledRecord {
     }
 
     /// Grid points of this range as a recording of their own, which starts from the measured state at the first of them. Masses
-    /// and readings at rest are those of the whole, and times still count from the start of the excitation.
+    /// and readings at rest are those of the whole, and times still count from the start of the excitation. What effects on the
+    /// joint and its air remember there follows from the motion that was measured before.
     ///
     /// # Panics
     /// If the range is empty or longer than the recording.
@@ -201,6 +207,7 @@ impl ResampledRecord {
         Self {
             source: RecordSource { start_s: self.source.start_s + start_s, ..self.source.clone() },
             since_start_s: self.since_start_s + start_s,
+            before: Before::of(self, first).map(Arc::new),
             force: self.force.part(forces.clone()),
             doubtful_force: self.doubtful_force.as_ref().map(|f| f.part(forces)),
             measured,
