@@ -3,6 +3,8 @@
 use crate::support::joint::DT;
 use crate::support::published::{exact, run_with, weights};
 use pam_core::{ForceInput, ForceModel, JointModel, SealedMasses};
+use pam_effects::effects::by_id;
+use pam_effects::expression;
 use pam_effects::simulation::{Base, ForceTable, Nuisances, Trajectory, Trial, simulate};
 use pam_solvers::Interpolation;
 use pam_trajectory::SolverSettings;
@@ -112,4 +114,50 @@ fn a_part_of_a_recording_moves_as_the_whole() {
     // Means over 4 ms start the part: at 12 mm/s, 2 ms are 24 µm, which die away.
     assert!(off(0) < 0.03 && (250..range.len()).all(|k| off(k) < 3e-3), "{worst} mm");
     assert!(exact(0).abs() > 0.1, "the joint moves where the part begins");
+}
+
+/// Damping that grows with the square of the speed of the last seconds.
+const WARMING: &str = r#"
+[[effect]]
+id = "warming_damping"
+description = "damping that grows with the work of the last seconds"
+parameters.c = { range = [0, 1], absent = 0, start = [0.02] }
+memory.z = { start = "0", rate = "(v^2 - z) / 4" }
+acts.force_n = "-c * z * v"
+"#;
+
+/// A part begins with what the motion before it has left: a damping that has warmed, and air that has leaked. Without that it misses
+/// the motion of the whole by much more.
+#[test]
+fn a_part_of_a_recording_remembers_the_motion_before_it() {
+    let model = weights();
+    let subject = run_with(&model, [45.0, 45.0], 0.2, &exact());
+    let warming = expression::parse(WARMING).expect("a definition")[0];
+    let leak = by_id("leak").expect("an id");
+    let leaks = [3e-3, 1e-3];
+    for (effect, values) in [(warming, &[0.02][..]), (leak, &leaks[..])] {
+        let mut whole = Trial::new(&model, &subject);
+        let motion = |trial: &Trial| {
+            let mut out = Trajectory::default();
+            let base = Base::of(&model);
+            simulate::<f64>(trial, &base, &[effect], values, &Nuisances::none(), &mut out)
+                .expect("in range");
+            out.channels
+        };
+        let moved = motion(&whole);
+        whole.record.measured = moved.clone();
+        let points = whole.record.points();
+        let range = points / 2..points - 20;
+        let part = whole.part(range.clone());
+        let mut forgetful = part.clone();
+        forgetful.record.before = None;
+        let [with, without] = [part, forgetful].map(|trial| {
+            let own = motion(&trial);
+            (0..range.len())
+                .map(|k| (own[0][k] - moved[0][range.start + k]).abs())
+                .fold(0.0, f64::max)
+        });
+        println!("{}: {with:.6} mm, without memory {without:.6} mm", effect.info().id);
+        assert!(with < 1e-3 && without > 20.0 * with, "{}: {with} {without}", effect.info().id);
+    }
 }
