@@ -88,6 +88,11 @@ impl List {
         }
     }
 
+    /// Whether its author chose the most plausible laws before any file was opened.
+    fn is_plausible(self) -> bool {
+        matches!(self, Self::SixthOutside | Self::SeventhOutside)
+    }
+
     /// Whether its author did not know the search.
     fn is_blind(self) -> bool {
         matches!(
@@ -299,7 +304,8 @@ fn compare(folder: &Path) -> Result<(), String> {
         "laws,hidden,found in the first run,called explained in it,found now,called explained now\n",
     );
     let mut now = Vec::new();
-    let (mut blind_hidden, mut blind_found) = (0, 0);
+    // Counts of laws and of those that were found.
+    let (mut blind, mut plausible) = ([0_u64; 2], [0_u64; 2]);
     for list in List::value_variants().iter().filter(|list| **list != List::Developed) {
         let name = list.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
         let [first, last] = [folder.join("first").join(&name), folder.join("now").join(&name)];
@@ -309,9 +315,11 @@ fn compare(folder: &Path) -> Result<(), String> {
         let counts = [found(&first), explained(&first), found(&last), explained(&last)];
         let counts = counts.map(|n| n.to_string()).join(",");
         let _ = writeln!(rows, "\"{}\",{},{counts}", list.written(), first.len());
-        if list.is_blind() {
-            blind_hidden += first.len();
-            blind_found += found(&first);
+        for counts in [(list.is_blind(), &mut blind), (list.is_plausible(), &mut plausible)] {
+            if let (true, [hidden, of_these]) = counts {
+                *hidden += first.len() as u64;
+                *of_these += found(&first) as u64;
+            }
         }
         now.extend(last);
     }
@@ -319,14 +327,15 @@ fn compare(folder: &Path) -> Result<(), String> {
     let tables = folder.join("now");
     write(&tables.join("lists.csv"), &rows)?;
     write(&tables.join("cases.csv"), &cases(now.iter()))?;
-    let [low, high] = clopper_pearson(blind_found as u64, blind_hidden as u64, 0.95);
+    let rate = |[hidden, found]: [u64; 2]| {
+        let [low, high] = clopper_pearson(found, hidden, 0.95);
+        let share = found as f64 / hidden as f64;
+        json!({ "hidden": hidden, "found": found, "share": share, "low": low, "high": high })
+    };
     let slowest = |of: fn(&LawOutcome) -> f64| now.iter().map(of).fold(0.0, f64::max);
     let summary = json!({
-        "blind_hidden": blind_hidden,
-        "blind_found": blind_found,
-        "blind_share": blind_found as f64 / blind_hidden as f64,
-        "blind_share_low": low,
-        "blind_share_high": high,
+        "blind": rate(blind),
+        "plausible": rate(plausible),
         "now_hidden": now.len(),
         "now_found": now.iter().filter(|o| o.is_found()).count(),
         "now_called_explained": now.iter().filter(|o| is_called_explained(o)).count(),

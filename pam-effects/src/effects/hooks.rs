@@ -1,6 +1,6 @@
 //! Where an effect can act.
 
-use super::{DataScales, EffectInfo, Group, Hooks};
+use super::{Before, DataScales, EffectInfo, Group, Hooks};
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_core::{AnyForce, JointModel, Scalar};
 
@@ -206,6 +206,8 @@ pub struct Observed<'a, S> {
     pub velocity_mm_s: &'a mut [S],
     /// Pressures of flexor and extensor, kPa absolute.
     pub pressures_kpa: [&'a mut [S]; 2],
+    /// What was measured before, if these are a part of a recording.
+    pub before: Option<&'a Before>,
 }
 
 impl<S: Scalar> Observed<'_, S> {

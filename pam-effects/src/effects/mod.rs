@@ -15,6 +15,7 @@
 //! its id everywhere with [`register`]. An effect of a line or two needs no type: it is [an
 //! expression](crate::expression) in a file. Any effect may begin, end or grow at a time: [`timed`].
 
+mod before;
 mod dynamic;
 mod gas;
 mod hook_list;
@@ -25,6 +26,7 @@ mod scales;
 mod sensing;
 mod timed;
 
+pub use before::{Before, MeasuredPoint};
 pub use dynamic::{
     AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, ManyDerivatives, NARROW,
     WIDE, WIDTH,

@@ -1,7 +1,8 @@
 //! An effect of expressions, at the places where it acts.
 
-use super::joint::{DT, DX, FORCE, Instant, NETWORK, PE, PF, Row, T, V, VARIABLES, X, X0};
+use super::joint::{DT, FORCE, Instant, NETWORK, PE, PF, Row, T, V, VARIABLES, X};
 use super::memory::{Law, MOST, Memory};
+use super::sensing::{Sensors, Velocity};
 use crate::effects::{
     ChamberLaw, Command, DataScales, Effect, EffectInfo, Hooks, Observed, Point, Rest, delayed,
 };
@@ -49,31 +50,6 @@ struct Once {
     position_delay_s: Option<Program>,
     pressure_delay_s: Option<Program>,
 }
-
-/// Readings of the sensors.
-#[derive(Debug, Default)]
-struct Sensors {
-    position_mm: Option<Program>,
-    velocity: Velocity,
-    pressures_kpa: [Option<Program>; 2],
-    /// Readings at rest and their slopes by what is read: position, flexor, extensor; `None` where the reading is right.
-    rest: [Option<Program>; 3],
-}
-
-/// How the velocity is read.
-#[derive(Debug, Default)]
-enum Velocity {
-    /// As it is.
-    #[default]
-    True,
-    /// By an expression: given, or the derivative of the position's.
-    Of(Program),
-    /// As the difference of two positions.
-    Difference,
-}
-
-/// Newton steps for the true reading at rest; a straight line takes one.
-const NEWTON_STEPS: usize = 8;
 
 /// Builds the programs of a definition.
 struct Builder<'a> {
@@ -472,31 +448,7 @@ impl Effect for ExpressionEffect {
     }
 
     fn rest<S: Scalar>(&self, p: &[S], rest: &mut Rest<S>) {
-        let readings = [
-            ([0.0, 0.0], &mut rest.sealed_mm, &mut rest.sealed_kpa),
-            ([rest.start_s, rest.start_force_mn], &mut rest.start_mm, &mut rest.start_kpa),
-        ];
-        for ([time_s, force_mn], displacement, [flexor, extensor]) in readings {
-            let measured = [*displacement, *flexor, *extensor];
-            let mut variables = [S::zero(); VARIABLES];
-            (variables[T], variables[FORCE]) =
-                (S::constant(time_s), S::constant(force_mn / MN_PER_N));
-            (variables[X], variables[PF], variables[PE]) = (measured[0], measured[1], measured[2]);
-            for ((program, reading), of) in self.sensors.rest.iter().zip(measured).zip([X, PF, PE])
-            {
-                let Some(program) = program else { continue };
-                for _ in 0..NEWTON_STEPS {
-                    let mut found = [S::zero(); 2];
-                    program.values(&Row { variables: &variables, p, memory: &[] }, &mut found);
-                    let [value, slope] = found;
-                    if slope.real() == 0.0 || !slope.real().is_finite() {
-                        break;
-                    }
-                    variables[of] -= (value - reading) / slope;
-                }
-            }
-            (*displacement, *flexor, *extensor) = (variables[X], variables[PF], variables[PE]);
-        }
+        self.sensors.undo(p, rest);
     }
 
     fn drive<S: Scalar>(&self, p: &[S], command: &Command<S>, memory: &mut [S]) -> S {
@@ -593,57 +545,6 @@ impl Effect for ExpressionEffect {
             let steps = delay_s.scaled(1.0 / step_s);
             seen.pressures_kpa.iter_mut().for_each(|series| delayed(steps, series));
         }
-        let Sensors { position_mm, velocity, pressures_kpa, .. } = &self.sensors;
-        if position_mm.is_none()
-            && matches!(velocity, Velocity::True)
-            && pressures_kpa.iter().all(Option::is_none)
-        {
-            return;
-        }
-        let law = self.memory_of(Moment::Sensing);
-        let mut memory = [S::zero(); MOST];
-        let len = law.map_or(0, |law| law.len);
-        let mut before = [S::zero(); VARIABLES];
-        for k in 0..seen.displacement_mm.len() {
-            let mut now = [S::zero(); VARIABLES];
-            (now[X], now[V]) = (seen.displacement_mm[k], seen.velocity_mm_s[k]);
-            (now[PF], now[PE]) = (seen.pressures_kpa[0][k], seen.pressures_kpa[1][k]);
-            now[T] = S::constant(seen.start_s + step_s * k as f64);
-            now[FORCE] = S::constant(seen.force_n(k));
-            if let Some(law) = law {
-                if k == 0 {
-                    let start = Row { variables: &now, p, memory: &[] };
-                    law.starts.values(&start, &mut memory[..len]);
-                } else {
-                    let mut end = now;
-                    end[DT] = S::constant(step_s);
-                    (end[DX], end[X0]) = (now[X] - before[X], before[X]);
-                    let evaluate = |memory: &[S], start: bool, program: &Program, out: &mut [S]| {
-                        let variables = if start { &before } else { &end };
-                        program.values(&Row { variables, p, memory }, out);
-                    };
-                    let old = memory;
-                    law.advance(step_s, &old[..len], &evaluate, |moved| {
-                        memory[..len].copy_from_slice(moved);
-                    });
-                }
-            }
-            let row = Row { variables: &now, p, memory: &memory[..len] };
-            if let Velocity::Of(program) = velocity {
-                seen.velocity_mm_s[k] = program.value(&row);
-            }
-            if let Some(program) = position_mm {
-                seen.displacement_mm[k] = program.value(&row);
-            }
-            for (series, program) in seen.pressures_kpa.iter_mut().zip(pressures_kpa) {
-                if let Some(program) = program {
-                    series[k] = program.value(&row);
-                }
-            }
-            before = now;
-        }
-        if matches!(velocity, Velocity::Difference) {
-            seen.renew_velocity();
-        }
+        self.sensors.observe(self.memory_of(Moment::Sensing), p, seen);
     }
 }

@@ -25,6 +25,7 @@ mod effect;
 mod joint;
 mod library;
 mod memory;
+mod sensing;
 
 pub use library::{FRICTION_LADDER, build, friction_ladder, load, parse};
 

@@ -29,7 +29,6 @@ mod trajectory;
 mod trial;
 
 pub use base::Base;
-pub use before::Before;
 pub use gas::Chambers;
 pub use input::FineForce;
 pub use nuisances::Nuisances;

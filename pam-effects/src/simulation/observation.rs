@@ -18,6 +18,7 @@ pub(crate) fn observe<S: EffectScalar>(
         displacement_mm: x,
         velocity_mm_s: v,
         pressures_kpa: [pf, pe],
+        before: record.before.as_deref(),
     };
     for part in &parts.list {
         part.effect.observe(part.p, &mut seen);

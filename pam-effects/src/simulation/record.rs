@@ -1,10 +1,9 @@
 //! A recording on the simulation's own grid.
 
-use super::before::Before;
 use super::input::{FineForce, interpolated, resampled};
 use super::steps::LONGEST_S;
 use super::trial::range_of;
-use crate::effects::Rest;
+use crate::effects::{Before, Rest};
 use pam_core::SealedMasses;
 use pam_data::Subject;
 use pam_data::preprocess::LowPass;
@@ -207,7 +206,7 @@ impl ResampledRecord {
         Self {
             source: RecordSource { start_s: self.source.start_s + start_s, ..self.source.clone() },
             since_start_s: self.since_start_s + start_s,
-            before: Before::of(self, first).map(Arc::new),
+            before: self.measured_before(first).map(Arc::new),
             force: self.force.part(forces.clone()),
             doubtful_force: self.doubtful_force.as_ref().map(|f| f.part(forces)),
             measured,

@@ -220,6 +220,7 @@ fn expressions_are_the_equations_that_they_say() {
         displacement_mm: &mut x,
         velocity_mm_s: &mut v,
         pressures_kpa: [&mut pf, &mut pe],
+        before: None,
     };
     sag.observe(&[0.5], &mut seen);
     for (k, p) in pf.into_iter().enumerate() {
@@ -240,6 +241,7 @@ fn expressions_are_the_equations_that_they_say() {
         displacement_mm: &mut x,
         velocity_mm_s: &mut v,
         pressures_kpa: [&mut pf, &mut pe],
+        before: None,
     };
     let lag: &dyn EffectHooks<f64> = by_id("position_lag");
     lag.observe(&[1e3 * tau], &mut seen);

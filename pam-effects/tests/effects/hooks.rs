@@ -76,6 +76,7 @@ fn hooks_that_are_not_listed_are_neutral() {
                 displacement_mm: &mut x,
                 velocity_mm_s: &mut v,
                 pressures_kpa: [&mut pf, &mut pe],
+                before: None,
             };
             hooks.observe(&values, &mut seen);
             assert!([x, v, pf, pe].iter().all(|s| *s == series()), "{id}");
