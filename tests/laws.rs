@@ -49,6 +49,8 @@ enum List {
     SixthOutside,
     /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1001 on.
     SeventhOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1101 on.
+    EighthOutside,
 }
 
 impl List {
@@ -66,6 +68,7 @@ impl List {
             Self::FifthOutside => (laws::fifth_outside(), 801),
             Self::SixthOutside => (laws::sixth_outside(), 901),
             Self::SeventhOutside => (laws::seventh_outside(), 1001),
+            Self::EighthOutside => (laws::eighth_outside(), 1101),
         }
     }
 
@@ -85,6 +88,7 @@ impl List {
             }
             Self::SixthOutside => "without knowledge of the search or of the earlier lists",
             Self::SeventhOutside => "without knowledge of the search or of the earlier lists",
+            Self::EighthOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
@@ -104,6 +108,7 @@ impl List {
                 | Self::FifthOutside
                 | Self::SixthOutside
                 | Self::SeventhOutside
+                | Self::EighthOutside
         )
     }
 }

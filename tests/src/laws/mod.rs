@@ -2,6 +2,7 @@
 //! search, and null sets.
 
 mod developed;
+mod eighth_outside;
 mod fifth_outside;
 mod fourth_outside;
 mod later;
@@ -10,6 +11,7 @@ mod seventh_outside;
 mod sixth_outside;
 
 pub use developed::{laws, unseen};
+pub use eighth_outside::eighth_outside;
 pub use fifth_outside::fifth_outside;
 pub use fourth_outside::fourth_outside;
 pub use later::{fresh, last};

@@ -206,6 +206,12 @@ pub(super) struct Laws {
     seal_warmup: [f64; 3],
     /// The reading of P_f has `c F` for the force F of the motor, whose current shifts the amplifier's ground: kPa/mN.
     motor_pickup: f64,
+    /// Dry friction `a exp(−((x − x₀)/w)²)`, a bearing that is tight at one place: mN, mm, mm.
+    tight_spot: [f64; 3],
+    /// Air out of the flexor `c (P_f − z)` with `ż = (P_f − z)/τ`, a hose behind a throttle: g/(s kPa), s.
+    hose_volume: [f64; 2],
+    /// The reading of P_e has `c F` for the force F of the motor, whose current runs beside the cable: kPa/mN.
+    cable_pickup: f64,
 }
 
 /// What the laws remember.
@@ -253,6 +259,8 @@ pub(super) struct Kept {
     expanded_mm: f64,
     /// Low-passed speed by which the film of a seal has formed, mm/s.
     filmed_mm_s: f64,
+    /// Pressure of a hose behind the flexor's throttle, kPa absolute.
+    pub hose_kpa: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -387,6 +395,9 @@ impl Laws {
             "seal_warmup" => self.seal_warmup = [1e3 * v("n"), v("mm_s"), v("tau_s")],
             "frame_flex" => self.frame_give += 1e-3 * v("mm_n"),
             "motor_pickup" => self.motor_pickup += 1e-3 * v("kpa_n"),
+            "tight_spot" => self.tight_spot = [1e3 * v("n"), v("at_mm"), v("width_mm")],
+            "hose_volume" => self.hose_volume = [v("g_s_kpa"), v("tau_s")],
+            "cable_pickup" => self.cable_pickup += 1e-3 * v("kpa_n"),
             _ => return false,
         }
         true
@@ -546,6 +557,11 @@ impl Laws {
         {
             dry += force * (-kept.filmed_mm_s / width).exp();
         }
+        if let [force, at, width] = self.tight_spot
+            && force != 0.0
+        {
+            dry += force * (-((now.x - at) / width).powi(2)).exp();
+        }
         dry
     }
 
@@ -608,6 +624,7 @@ impl Laws {
             pulled_n: low_passed(kept.pulled_n, 1e-3 * motor_mn, self.tendon_elongation[1]),
             expanded_mm: low_passed(kept.expanded_mm, wall_s * v, wall_s),
             filmed_mm_s: low_passed(kept.filmed_mm_s, v.abs(), film_s),
+            hose_kpa: kept.hose_kpa,
         }
     }
 
@@ -657,7 +674,8 @@ impl Laws {
             kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x
                 - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0)
                 + pinched * (motor_mn - from_mn).max(0.0)
-                + beat,
+                + beat
+                + self.cable_pickup * motor_mn,
         ]
     }
 
@@ -675,5 +693,17 @@ impl Laws {
             reading += amplitude * (TAU * x / pitch).sin();
         }
         reading
+    }
+
+    /// What is kept after the flexor's hose has been `dt` s behind a constant pressure, with the air that it gives back, g/s.
+    pub(super) fn breathed(&self, kept: Kept, flexor_kpa: f64, dt: f64) -> (Kept, f64) {
+        let [per_kpa, time_s] = self.hose_volume;
+        if per_kpa == 0.0 {
+            return (kept, 0.0);
+        }
+        let under = kept.hose_kpa - flexor_kpa;
+        let middle = under * (-0.5 * dt / time_s).exp();
+        let after = under * (-dt / time_s).exp();
+        (Kept { hose_kpa: flexor_kpa + after, ..kept }, per_kpa * middle)
     }
 }

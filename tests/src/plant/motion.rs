@@ -79,6 +79,7 @@ impl Joint {
         }
         joint.damper_mm = joint.x;
         joint.pressures_kpa = joint.pressures(acting);
+        joint.kept.hose_kpa = joint.pressures_kpa[0];
         joint
     }
 
@@ -238,6 +239,9 @@ impl Joint {
         for (mass, flow) in self.masses_g.iter_mut().zip(inflow) {
             *mass += dt * flow;
         }
+        let (kept, from_hose) = acting.laws.breathed(self.kept, self.pressures_kpa[0], dt);
+        self.kept = kept;
+        self.masses_g[0] += dt * from_hose;
         self.pressures_kpa = self.pressures(acting);
     }
 }
