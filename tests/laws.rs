@@ -49,6 +49,8 @@ enum List {
     SixthOutside,
     /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1001 on.
     SeventhOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1201 on.
+    NinthOutside,
 }
 
 impl List {
@@ -66,6 +68,7 @@ impl List {
             Self::FifthOutside => (laws::fifth_outside(), 801),
             Self::SixthOutside => (laws::sixth_outside(), 901),
             Self::SeventhOutside => (laws::seventh_outside(), 1001),
+            Self::NinthOutside => (laws::ninth_outside(), 1201),
         }
     }
 
@@ -85,6 +88,7 @@ impl List {
             }
             Self::SixthOutside => "without knowledge of the search or of the earlier lists",
             Self::SeventhOutside => "without knowledge of the search or of the earlier lists",
+            Self::NinthOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
@@ -99,6 +103,7 @@ impl List {
                 | Self::FifthOutside
                 | Self::SixthOutside
                 | Self::SeventhOutside
+                | Self::NinthOutside
         )
     }
 }
