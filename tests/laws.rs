@@ -51,6 +51,8 @@ enum List {
     SeventhOutside,
     /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1101 on.
     EighthOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1201 on.
+    NinthOutside,
 }
 
 impl List {
@@ -69,6 +71,7 @@ impl List {
             Self::SixthOutside => (laws::sixth_outside(), 901),
             Self::SeventhOutside => (laws::seventh_outside(), 1001),
             Self::EighthOutside => (laws::eighth_outside(), 1101),
+            Self::NinthOutside => (laws::ninth_outside(), 1201),
         }
     }
 
@@ -89,12 +92,16 @@ impl List {
             Self::SixthOutside => "without knowledge of the search or of the earlier lists",
             Self::SeventhOutside => "without knowledge of the search or of the earlier lists",
             Self::EighthOutside => "without knowledge of the search or of the earlier lists",
+            Self::NinthOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
     /// Whether its author chose the most plausible laws before any file was opened.
     fn is_plausible(self) -> bool {
-        matches!(self, Self::SixthOutside | Self::SeventhOutside)
+        matches!(
+            self,
+            Self::SixthOutside | Self::SeventhOutside | Self::EighthOutside | Self::NinthOutside
+        )
     }
 
     /// Whether its author did not know the search.
@@ -109,6 +116,7 @@ impl List {
                 | Self::SixthOutside
                 | Self::SeventhOutside
                 | Self::EighthOutside
+                | Self::NinthOutside
         )
     }
 }

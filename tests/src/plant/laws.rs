@@ -208,10 +208,14 @@ pub(super) struct Laws {
     motor_pickup: f64,
     /// Dry friction `a exp(−((x − x₀)/w)²)`, a bearing that is tight at one place: mN, mm, mm.
     tight_spot: [f64; 3],
-    /// Air out of the flexor `c (P_f − z)` with `ż = (P_f − z)/τ`, a hose behind a throttle: g/(s kPa), s.
-    hose_volume: [f64; 2],
     /// The reading of P_e has `c F` for the force F of the motor, whose current runs beside the cable: kPa/mN.
     cable_pickup: f64,
+    /// `−c t F` for the force F of the motor, from the beginning of the excitation on, whose magnets lose strength as they warm: 1/s.
+    magnet_fade: f64,
+    /// Dry friction `a exp(−s/d)` with `ṡ = |v|`, a surface that is polished by the path it has run: mN, mm.
+    polished_surface: [f64; 2],
+    /// Air into the flexor `−c (P_f − z)` with `ż = (P_f − z)/τ`, a side volume behind a narrow port: g/(s kPa), s.
+    side_volume: [f64; 2],
 }
 
 /// What the laws remember.
@@ -259,8 +263,17 @@ pub(super) struct Kept {
     expanded_mm: f64,
     /// Low-passed speed by which the film of a seal has formed, mm/s.
     filmed_mm_s: f64,
-    /// Pressure of a hose behind the flexor's throttle, kPa absolute.
-    pub hose_kpa: f64,
+    /// Path that has polished a surface, mm.
+    polished_mm: f64,
+    /// Pressure in the side volume of the flexor, kPa absolute.
+    side_kpa: f64,
+}
+
+impl Kept {
+    /// What is remembered at rest under absolute pressures, kPa.
+    pub(super) fn at_rest(kpa: [f64; 2]) -> Self {
+        Self { side_kpa: kpa[0], ..Self::default() }
+    }
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -396,8 +409,11 @@ impl Laws {
             "frame_flex" => self.frame_give += 1e-3 * v("mm_n"),
             "motor_pickup" => self.motor_pickup += 1e-3 * v("kpa_n"),
             "tight_spot" => self.tight_spot = [1e3 * v("n"), v("at_mm"), v("width_mm")],
-            "hose_volume" => self.hose_volume = [v("g_s_kpa"), v("tau_s")],
+            "hose_volume" => self.side_volume = [v("g_s_kpa"), v("tau_s")],
             "cable_pickup" => self.cable_pickup += 1e-3 * v("kpa_n"),
+            "magnet_fade" => self.magnet_fade += v("per_s"),
+            "polished_surface" => self.polished_surface = [1e3 * v("n"), v("path_mm")],
+            "side_volume" => self.side_volume = [v("g_s_kpa"), v("tau_s")],
             _ => return false,
         }
         true
@@ -408,7 +424,7 @@ impl Laws {
         let Moment { x, v, t, kpa, motor_mn } = now;
         let gauge = kpa.map(|p| p - ATMOSPHERE_KPA);
         let both = gauge[0] + gauge[1];
-        let kept = self.moved(kept, [x, v], motor_mn, ahead_s);
+        let kept = self.moved(kept, now, ahead_s);
         let mut total = -self.cubic * x * x * x
             - self.drag * v * v.abs()
             - self.pressure_damping * both * v
@@ -445,7 +461,8 @@ impl Laws {
             - self.orifice_relaxation[0] * kept.orifice_mm
             - self.core_loss * motor_mn * v.abs()
             - self.bladder_bulge * gauge[0] * x * x.abs()
-            - self.braid_damping * (kpa[0] + kpa[1]) * v;
+            - self.braid_damping * (kpa[0] + kpa[1]) * v
+            - self.magnet_fade * t.max(0.0) * motor_mn;
         if t >= 0.0 {
             let [force, frequency, phase] = self.fan;
             total += force * (TAU * frequency * t + phase).sin();
@@ -562,11 +579,17 @@ impl Laws {
         {
             dry += force * (-((now.x - at) / width).powi(2)).exp();
         }
+        if let [force, path] = self.polished_surface
+            && force != 0.0
+        {
+            dry += force * (-kept.polished_mm / path).exp();
+        }
         dry
     }
 
-    /// The memory states after `dt` s at constant displacement, velocity and force.
-    pub(super) fn moved(&self, kept: Kept, [x, v]: [f64; 2], motor_mn: f64, dt: f64) -> Kept {
+    /// The memory states after `dt` s at constant displacement, velocity, pressures and force.
+    pub(super) fn moved(&self, kept: Kept, now: Moment, dt: f64) -> Kept {
+        let Moment { x, v, kpa, motor_mn, .. } = now;
         let low_passed = |old: f64, to: f64, time_s: f64| {
             if time_s > 0.0 { old + (to - old) * (1.0 - (-dt / time_s).exp()) } else { old }
         };
@@ -624,12 +647,13 @@ impl Laws {
             pulled_n: low_passed(kept.pulled_n, 1e-3 * motor_mn, self.tendon_elongation[1]),
             expanded_mm: low_passed(kept.expanded_mm, wall_s * v, wall_s),
             filmed_mm_s: low_passed(kept.filmed_mm_s, v.abs(), film_s),
-            hose_kpa: kept.hose_kpa,
+            polished_mm: kept.polished_mm + v.abs() * dt,
+            side_kpa: low_passed(kept.side_kpa, kpa[0], self.side_volume[1]),
         }
     }
 
     /// Air that enters the chambers, g/s.
-    pub(super) fn inflow_g_s(&self, now: Moment) -> [f64; 2] {
+    pub(super) fn inflow_g_s(&self, now: Moment, kept: Kept) -> [f64; 2] {
         let Moment { x, v, t, kpa, motor_mn } = now;
         let over_air = kpa[0] - ATMOSPHERE_KPA;
         let lost = self.moving_leak * over_air * v.abs() + self.square_leak * over_air.powi(2);
@@ -647,7 +671,8 @@ impl Laws {
         let tilted = per_n * over_air * (1e-3 * motor_mn - from_n).max(0.0);
         let torn = self.growing_tear * (kpa[1] - ATMOSPHERE_KPA) * t.max(0.0);
         let seeped = self.seam_leak * (kpa[1].powi(2) - ATMOSPHERE_KPA.powi(2));
-        [-lost - passed - tilted, passed - lost_by_extensor - blown_off - torn - seeped]
+        let aside = self.side_volume[0] * (kpa[0] - kept.side_kpa);
+        [-lost - passed - tilted - aside, passed - lost_by_extensor - blown_off - torn - seeped]
     }
 
     /// Deviations of the pressures from the gas law, kPa.
@@ -693,17 +718,5 @@ impl Laws {
             reading += amplitude * (TAU * x / pitch).sin();
         }
         reading
-    }
-
-    /// What is kept after the flexor's hose has been `dt` s behind a constant pressure, with the air that it gives back, g/s.
-    pub(super) fn breathed(&self, kept: Kept, flexor_kpa: f64, dt: f64) -> (Kept, f64) {
-        let [per_kpa, time_s] = self.hose_volume;
-        if per_kpa == 0.0 {
-            return (kept, 0.0);
-        }
-        let under = kept.hose_kpa - flexor_kpa;
-        let middle = under * (-0.5 * dt / time_s).exp();
-        let after = under * (-dt / time_s).exp();
-        (Kept { hose_kpa: flexor_kpa + after, ..kept }, per_kpa * middle)
     }
 }

@@ -79,7 +79,7 @@ impl Joint {
         }
         joint.damper_mm = joint.x;
         joint.pressures_kpa = joint.pressures(acting);
-        joint.kept.hose_kpa = joint.pressures_kpa[0];
+        joint.kept = Kept::at_rest(joint.pressures_kpa);
         joint
     }
 
@@ -220,7 +220,7 @@ impl Joint {
         if let Some([_, time]) = acting.creep {
             self.damper_mm += (1.0 - (-dt / time).exp()) * (x - self.damper_mm);
         }
-        self.kept = acting.laws.moved(self.kept, [x, middle], self.motor_mn, dt);
+        self.kept = acting.laws.moved(self.kept, self.moment(x, middle, t), dt);
         self.motor_mn = after;
         self.x = x + 0.5 * dt * end;
         self.v = end;
@@ -235,13 +235,10 @@ impl Joint {
             self.masses_g[0] -= dt * flow;
             self.masses_g[1] += dt * flow;
         }
-        let inflow = acting.laws.inflow_g_s(self.moment(x, middle, t));
+        let inflow = acting.laws.inflow_g_s(self.moment(x, middle, t), self.kept);
         for (mass, flow) in self.masses_g.iter_mut().zip(inflow) {
             *mass += dt * flow;
         }
-        let (kept, from_hose) = acting.laws.breathed(self.kept, self.pressures_kpa[0], dt);
-        self.kept = kept;
-        self.masses_g[0] += dt * from_hose;
         self.pressures_kpa = self.pressures(acting);
     }
 }
