@@ -318,7 +318,7 @@ fn compare(folder: &Path) -> Result<(), String> {
     );
     let mut now = Vec::new();
     // Counts of laws and of those that were found.
-    let (mut blind, mut plausible) = ([0_u64; 2], [0_u64; 2]);
+    let (mut unusual, mut plausible) = ([0_u64; 2], [0_u64; 2]);
     for list in List::value_variants().iter().filter(|list| **list != List::Developed) {
         let name = list.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
         let [first, last] = [folder.join("first").join(&name), folder.join("now").join(&name)];
@@ -328,11 +328,14 @@ fn compare(folder: &Path) -> Result<(), String> {
         let counts = [found(&first), explained(&first), found(&last), explained(&last)];
         let counts = counts.map(|n| n.to_string()).join(",");
         let _ = writeln!(rows, "\"{}\",{},{counts}", list.written(), first.len());
-        for counts in [(list.is_blind(), &mut blind), (list.is_plausible(), &mut plausible)] {
-            if let (true, [hidden, of_these]) = counts {
-                *hidden += first.len() as u64;
-                *of_these += found(&first) as u64;
-            }
+        let counts = match list {
+            _ if list.is_plausible() => Some(&mut plausible),
+            _ if list.is_blind() => Some(&mut unusual),
+            _ => None,
+        };
+        if let Some([hidden, of_these]) = counts {
+            *hidden += first.len() as u64;
+            *of_these += found(&first) as u64;
         }
         now.extend(last);
     }
@@ -347,7 +350,7 @@ fn compare(folder: &Path) -> Result<(), String> {
     };
     let slowest = |of: fn(&LawOutcome) -> f64| now.iter().map(of).fold(0.0, f64::max);
     let summary = json!({
-        "blind": rate(blind),
+        "unusual": rate(unusual),
         "plausible": rate(plausible),
         "now_hidden": now.len(),
         "now_found": now.iter().filter(|o| o.is_found()).count(),

@@ -14,6 +14,7 @@ mod fuzz;
 mod gradient;
 mod hardening;
 mod inspection;
+mod laws;
 mod loader;
 mod measured_rig;
 mod own_pam;

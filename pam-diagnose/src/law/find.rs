@@ -134,25 +134,28 @@ pub(crate) fn rest(
     verdict: Verdict,
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Rest, DiagnoseError> {
-    let found = rest_beside(data, verdict, done)?;
     let ((_, ground), (_, chosen)) = (data.whole, data.chosen);
-    let is_law = |found: &Rest| found.remainder.outcome == RemainderOutcome::Law;
     let one_recording = matches!(ground.roles.test_data, Some(TestData::LastPart { .. }));
-    if is_law(&found) || one_recording {
-        return Ok(found);
-    }
-    let mut others = Vec::new();
     let some_change = ground.settled.len() < ground.named.len();
-    if some_change && verdict != Verdict::Explained {
+    let mut others = Vec::new();
+    if some_change && verdict != Verdict::Explained && !one_recording {
         others.push([ground, chosen].map(Ground::beside_settled));
     }
     if ground.replaceable && others.iter().all(|[whole, _]| !whole.named.is_empty()) {
         others.push([ground, chosen].map(Ground::beside_none));
     }
-    for [whole, chosen] in others {
-        let fewer =
-            Data { whole: (data.whole.0, &whole), chosen: (data.chosen.0, &chosen), ..*data };
-        let other = rest_beside(&fewer, verdict, done)?;
+    let is_law = |found: &Rest| found.remainder.outcome == RemainderOutcome::Law;
+    let count = 1.0 + others.len() as f64;
+    let attempt = |k: usize, data: &Data<'_>| {
+        rest_beside(data, verdict, &|share| done((k as f64 + share) / count))
+    };
+    let found = attempt(0, data)?;
+    if is_law(&found) {
+        return Ok(found);
+    }
+    for (k, [whole, chosen]) in others.iter().enumerate() {
+        let fewer = Data { whole: (data.whole.0, whole), chosen: (data.chosen.0, chosen), ..*data };
+        let other = attempt(k + 1, &fewer)?;
         if is_law(&other) {
             return Ok(other);
         }

@@ -1,0 +1,74 @@
+//! The search for laws on the joint: what hides a law shares no code with what finds it.
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use pam_data::load_model;
+    use pam_diagnose::{
+        DiagnoseOptions, DiagnosisSettings, RecordingSets, Verdict, diagnose, remainder,
+    };
+    use pam_effects::ExtendedModel;
+    use pam_tests::diagnose::plant_runs;
+    use pam_tests::laws::{LENGTH_S, LawOutcome, eighth_outside, run_law, seventh_outside};
+    use pam_tests::magnitudes::at_strength;
+    use pam_tests::plant::{Excitation, Sensors};
+    use pam_tests::published_weights;
+
+    fn numbers(outcome: &LawOutcome, name: &str) -> [f64; 3] {
+        let of = |(n, _): &&(String, [f64; 3])| n.starts_with(name);
+        outcome.parameters.iter().find(of).expect("a number of the law").1
+    }
+
+    /// A motor that warms up looks like a spring factor and an added inertia, which leave nothing but noise. One law does the same
+    /// with less.
+    #[test]
+    #[ignore = "long"]
+    fn several_causes_do_not_explain_what_one_law_does() {
+        let law = eighth_outside().into_iter().find(|l| l.id == "motor_heating").expect("a law");
+        let outcome = run_law(&law, 1101, LENGTH_S, &DiagnosisSettings::default());
+        println!("{outcome:?}");
+        assert_eq!(outcome.diagnosis, "explained");
+        assert!(outcome.named_before.len() >= 2, "{:?}", outcome.named_before);
+        assert!(outcome.is_found() && outcome.verdict != "explained");
+        assert!(outcome.named.is_empty(), "{:?}", outcome.named);
+        // Hidden with 8 s.
+        let [tau_s, low, high] = numbers(&outcome, "tau1");
+        assert!((tau_s / 8.0 - 1.0).abs() < 0.1 && low < 8.0 && high > 8.0, "{tau_s} s");
+    }
+
+    /// A film that forms over four seconds is remembered from one piece of the recordings to the next: without that, the time would
+    /// have to stand in the law.
+    #[test]
+    #[ignore = "long"]
+    fn a_slow_memory_is_found_on_pieces_of_the_recordings() {
+        let law = seventh_outside().into_iter().find(|l| l.id == "seal_warmup").expect("a law");
+        let outcome = run_law(&law, 1001, LENGTH_S, &DiagnosisSettings::default());
+        println!("{outcome:?}");
+        assert!(outcome.is_found(), "{:?}", outcome.law);
+        assert_eq!(
+            (outcome.variables.as_slice(), outcome.remembers),
+            (&["v".to_owned()][..], true)
+        );
+        let [tau_s, ..] = numbers(&outcome, "tau1");
+        assert!((tau_s / 4.0 - 1.0).abs() < 0.15, "{tau_s} s");
+    }
+
+    /// No law takes the place of two causes that are there.
+    #[test]
+    #[ignore = "long"]
+    fn two_causes_that_are_there_stay() {
+        let saved = load_model(published_weights()).unwrap();
+        let effects = [at_strength("viscous_damping", 1.0), at_strength("constant_load", 1.0)];
+        let conditions = [[45.0, 45.0], [30.0, 60.0], [70.0, 60.0]];
+        let excitation = Excitation::published(0.2);
+        let data = plant_runs(&saved, &conditions, &excitation, &effects, &Sensors::default(), 7);
+        let model = ExtendedModel::from_saved(saved).unwrap();
+        let sets = RecordingSets { data: &data, ..RecordingSets::default() };
+        let d = diagnose(&model, &sets, &DiagnoseOptions::default(), &|_, _| {}).unwrap();
+        let mut named = d.named();
+        named.sort_unstable();
+        assert_eq!(named, ["constant_load", "viscous_damping"], "{} {:?}", d.verdict, d.reasons);
+        assert_eq!(d.verdict, Verdict::Explained, "{:?}", d.reasons);
+        let outcome = d.remainder.as_ref().map(|r| r.outcome);
+        assert_ne!(outcome, Some(remainder::RemainderOutcome::Law));
+    }
+}
