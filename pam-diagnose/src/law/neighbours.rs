@@ -144,6 +144,15 @@ fn with_memory(factor: Factor, place: &Place, variables: &[Variable]) -> Vec<Fac
         Some(Lag::LowPass { of, .. }) if factor.function == Function::Linear => {
             vec![Factor::of(factor.variable, of, 1.0)]
         }
+        Some(Lag::LowPass { of, .. }) if factor.function == Function::Decaying => {
+            let scale = factor.scale;
+            let at_once = match of {
+                Function::Absolute => Some((Function::Decaying, scale)),
+                Function::Square => Some((Function::Gaussian, scale.sqrt())),
+                _ => None,
+            };
+            at_once.into_iter().map(|(f, scale)| Factor::of(factor.variable, f, scale)).collect()
+        }
         // A spring that slips, and one that a damper relaxes.
         Some(Lag::Slip { .. }) => {
             let is_turning = |k: &&usize| variables[**k].kind == VariableKind::Turning;
