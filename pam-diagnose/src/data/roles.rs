@@ -38,6 +38,12 @@ pub enum TestData {
 }
 
 impl TestData {
+    /// Whether it is the end of the only recording.
+    #[must_use]
+    pub fn is_last_part(&self) -> bool {
+        matches!(self, Self::LastPart { .. })
+    }
+
     /// In words.
     #[must_use]
     pub fn sentence(&self) -> String {
@@ -292,13 +298,18 @@ impl Roles {
         settings: &'a DiagnosisSettings,
     ) -> TestSet<'a, C> {
         let problem = Problem::new(system, self.test.clone(), noise.clone(), settings);
-        let same_experiments = matches!(self.test_data, Some(TestData::LastPart { .. }));
+        let same_experiments = self.is_one_recording();
         let problem = match self.test_data {
             Some(TestData::LastPart { from_s }) => problem
                 .with_windows(|place, e| system.point_at(e, from_s)..problem.windows[place].end),
             _ => problem,
         };
         TestSet::new(problem, same_experiments)
+    }
+
+    /// Whether the end of a single recording is the test set.
+    pub(crate) fn is_one_recording(&self) -> bool {
+        self.test_data.as_ref().is_some_and(TestData::is_last_part)
     }
 
     fn end_of_open_s(&self) -> f64 {

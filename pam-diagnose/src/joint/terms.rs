@@ -25,7 +25,7 @@ pub(super) struct JointTerms<'a> {
     pub(super) fixed: &'a [ActiveEffect],
     /// What baseline recordings have shown.
     pub(super) baseline: Option<BaselineDiscrepancy>,
-    /// Whether the trials are parts of recordings.
+    /// Whether the trials are pieces of longer recordings.
     in_parts: bool,
     /// Candidates from a list.
     pub(super) listed: Vec<&'static dyn AnyEffect>,

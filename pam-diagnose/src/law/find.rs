@@ -8,7 +8,6 @@ use super::refine::{Searched, Tried, beside_named, preferred, proposals, refine}
 use super::result::{Replaced, TAKEN};
 use super::screen::{Screened, blocks, columns, sums};
 use super::vary::vary;
-use crate::data::TestData;
 use crate::diagnosis::{Diagnosis, Explainable};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member};
@@ -135,7 +134,7 @@ pub(crate) fn rest(
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Rest, DiagnoseError> {
     let ((_, ground), (_, chosen)) = (data.whole, data.chosen);
-    let one_recording = matches!(ground.roles.test_data, Some(TestData::LastPart { .. }));
+    let one_recording = ground.roles.is_one_recording();
     let some_change = ground.settled.len() < ground.named.len();
     let mut others = Vec::new();
     if some_change && verdict != Verdict::Explained && !one_recording {
@@ -184,7 +183,7 @@ fn rest_beside(
         return Ok(none(RemainderOutcome::NotLearned, sentence));
     };
     // In other recordings, a smooth correction may go astray where the law that it stands for does not.
-    let one_recording = matches!(data.whole.1.roles.test_data, Some(TestData::LastPart { .. }));
+    let one_recording = data.whole.1.roles.is_one_recording();
     if one_recording && !reaches_rivals(space, ground, &learned)? {
         return Ok(none(RemainderOutcome::NotLearned, NO_BETTER));
     }

@@ -37,8 +37,8 @@ fn replaced(
     })
 }
 
-/// Whether the posterior probability of a fitted law on the open rows exceeds that of the causes that it would replace, by the margin
-/// of the ground.
+/// Whether a fitted law has a higher posterior probability on the open rows than the causes that it would replace, by at least
+/// [`Ground::margin`].
 pub(super) fn is_more_probable(
     ground: &Ground<'_>,
     open: &Problem<'_, Dyn<'_>>,

@@ -20,7 +20,7 @@ const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
 /// Functions of a variable that are remembered.
 pub(super) const LAGGED: [Function; 4] =
     [Function::Linear, Function::Absolute, Function::Square, Function::SignedSquare];
-/// Scale of the decay of a loss with what is remembered, relative to the typical size of that.
+/// Scale of the exponential decay of a loss with a memory state, relative to the typical size of the state.
 const WORN: f64 = 0.4;
 /// Widths of slip elements, relative to the typical size.
 const SLIPS: [f64; 3] = [0.1, 0.25, 0.6];
@@ -149,7 +149,7 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     }
     for (i, &a) in known.iter().enumerate() {
         for &b in &known[i + 1..] {
-            // Of two that are slow, what a pressure does more and more, or less and less.
+            // The only products of two slow variables are those of a pressure and the time.
             let [is_a, is_b] = [a, b].map(|k| variables[k].is_time());
             if !moves(a) && !moves(b) && is_a == is_b {
                 continue;
@@ -205,7 +205,7 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
                     let turned = Factor::of(v, Saturated, WIDTHS[0] * variables[v].size);
                     let losses = [Factor::of(v, Linear, 1.0), turned];
                     all.extend(losses.map(|loss| vec![lagged, loss]));
-                    // What is driven hard loses less and less.
+                    // Damping or friction that decays the more the joint is worked.
                     if matches!(of, Absolute | Square) {
                         let scale = WORN * lagged.argument_size(variables);
                         let worn = Factor { function: Decaying, scale, ..lagged };

@@ -19,7 +19,7 @@ const OF_MEMORY: [Function; 6] = [
 /// Width of a saturation or a decay of a memory state, relative to the typical size of the state.
 const WIDTH: f64 = 0.2;
 
-/// Exponents from which a power is fitted: roots, and what is steeper than a parabola or a cube.
+/// Exponents at which the fit of a power starts: a root, and exponents between and above those of the library.
 const POWERS: [f64; 4] = [0.5, 1.5, 2.5, 4.0];
 
 /// The term with another function, another variable, or more or less memory in the place of one of its factors, without one of

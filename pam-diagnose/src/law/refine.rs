@@ -98,8 +98,8 @@ const FOLLOWED: [[usize; 2]; 2] = [[28, 1], [14, 3]];
 const START_SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 /// Laws that are fitted to the end.
 const FITTED: usize = 6;
-/// Laws of one term that are followed in any case, beside the causes and beside none: a time constant that is far off at first makes them
-/// look worse than sums which imitate them.
+/// Laws of one term that are always kept, with the named causes and without them: while their time constant is far off, longer sums
+/// that imitate them fit better.
 const SHORT: usize = 3;
 
 impl Proposal {
@@ -173,7 +173,7 @@ pub(crate) fn dry_variant(space: &dyn TermSpace, term: &Term) -> Term {
     level
 }
 
-/// Whether a term is the same as one of these listed causes, as it stands or as the dry friction that it approximates.
+/// Whether a term is equivalent to one of these listed causes, either itself or the dry friction that it approximates.
 pub(super) fn says_one_of(space: &dyn TermSpace, term: &Term, named: &[&str]) -> bool {
     let ids = [space.listed(term), space.listed(&dry_variant(space, term))];
     ids.into_iter().flatten().any(|id| named.contains(&id))

@@ -1,6 +1,6 @@
 //! The data from which terms are learned.
 
-use crate::data::{Roles, TestData};
+use crate::data::Roles;
 use crate::diagnosis::Diagnosis;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Problem};
@@ -25,7 +25,7 @@ pub(crate) struct Ground<'a> {
     pub(crate) rivals: Vec<Member>,
     /// By how much, as a difference of minus two times the logarithm of the posterior probability.
     pub(crate) margin: f64,
-    /// Whether a law may take the place of all named causes.
+    /// Whether a law may replace all named causes.
     pub(crate) replaceable: bool,
     /// Number of candidates of the system without any terms.
     pub(crate) listed: usize,
@@ -57,11 +57,11 @@ pub(crate) fn nothing_left<M>(found: &Diagnosis<M>, settings: &RemainderSettings
     !may_replace && found.residual.channels.iter().all(|c| c.rms_left <= most * c.noise)
 }
 
-/// Whether a law may take the place of all causes of a diagnosis: of those that leave an error, and of several that do not, since
-/// these together may imitate one that is not listed. The end of a single recording cannot confirm it.
+/// Whether a law may replace all causes of a diagnosis: causes that leave an error, or several causes that leave none, because
+/// together they may imitate an unlisted one. Not with a single recording, whose end cannot confirm the law.
 pub(crate) fn is_replaceable<M>(found: &Diagnosis<M>) -> bool {
     let least = if found.verdict == Verdict::Explained { 2 } else { 1 };
-    found.causes.len() >= least && !matches!(found.test, TestData::LastPart { .. })
+    found.causes.len() >= least && !found.test.is_last_part()
 }
 
 /// Multiple of the first estimate of the noise up to which nothing is left. Where the diagnosis found nothing, or causes that

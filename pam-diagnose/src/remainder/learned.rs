@@ -64,7 +64,7 @@ impl Learned {
         all.map(|(t, c)| Term { coefficient: c * t.coefficient, ..t.clone() }).collect()
     }
 
-    /// Whether the correction generalises: a notable share of the squared error of the validation rows is gone, and that is no chance,
+    /// Whether the correction generalises: it removes a notable share of the squared error of the validation rows, and not by chance,
     /// by the scatter between blocks of time or by their likelihood, which does not need the error to be everywhere.
     pub(crate) fn is_learned(&self, ground: &Ground<'_>) -> bool {
         let settings = &ground.settings.remainder;

@@ -93,7 +93,7 @@ pub struct Place {
     pub description_length: f64,
 }
 
-/// Whether a place is the level of a dry friction.
+/// Whether terms at a place set the level of a dry friction.
 pub(crate) fn is_dry_level(place: usize, places: &[Place]) -> bool {
     places.iter().any(|p| p.dry.is_some_and(|(level, _)| level == place))
 }

@@ -1,4 +1,4 @@
-//! What was measured before a part of a recording: effects remember it.
+//! The measured history before a part of a recording, along which memory states and air are integrated.
 
 /// The measured motion of a recording before a part of it, at equal distances, up to its first point.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,7 +11,7 @@ pub struct Before {
     pub points: Vec<MeasuredPoint>,
 }
 
-/// What was measured at a point.
+/// The measured channels at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredPoint {
     /// Displacement, mm.

@@ -206,7 +206,7 @@ pub struct Observed<'a, S> {
     pub velocity_mm_s: &'a mut [S],
     /// Pressures of flexor and extensor, kPa absolute.
     pub pressures_kpa: [&'a mut [S]; 2],
-    /// What was measured before, if these are a part of a recording.
+    /// The measured history before the series, if they belong to a part of a recording.
     pub before: Option<&'a Before>,
 }
 

@@ -1,4 +1,4 @@
-//! What sensors read: expressions of the true channels and of what the sensors remember.
+//! Sensor readings: expressions of the true channels and of the sensors' memory states.
 
 use super::joint::{DT, DX, FORCE, PE, PF, Row, T, V, VARIABLES, X, X0};
 use super::memory::{MOST, Memory};
@@ -13,7 +13,8 @@ pub(super) struct Sensors {
     pub(super) position_mm: Option<Program>,
     pub(super) velocity: Velocity,
     pub(super) pressures_kpa: [Option<Program>; 2],
-    /// Readings at rest and their slopes by what is read: position, flexor, extensor; `None` where the reading is right.
+    /// Reading at rest and its derivative with respect to the true value, of position, flexor and extensor; `None` where the reading is
+    /// the true value.
     pub(super) rest: [Option<Program>; 3],
 }
 
@@ -33,7 +34,7 @@ pub(super) enum Velocity {
 const NEWTON_STEPS: usize = 8;
 
 impl Sensors {
-    /// Takes the effect out of the readings at rest and at the start: Newton steps for what was there.
+    /// Replaces the readings at rest and at the start by the true values, with Newton's method.
     pub(super) fn undo<S: Scalar>(&self, p: &[S], rest: &mut Rest<S>) {
         let readings = [
             ([0.0, 0.0], &mut rest.sealed_mm, &mut rest.sealed_kpa),
@@ -61,8 +62,8 @@ impl Sensors {
         }
     }
 
-    /// Turns true series into readings. What the sensors remember moves by `law`, along what was measured before if the series are a
-    /// part of a recording.
+    /// Replaces true series by readings. The memory states follow `law`, first along the measured history if the series belong to a part
+    /// of a recording.
     pub(super) fn observe<S: Scalar>(
         &self,
         law: Option<&Memory>,
@@ -79,17 +80,12 @@ impl Sensors {
         }
         let mut memory = [S::zero(); MOST];
         let len = law.map_or(0, |law| law.len);
-        let mut before = [S::zero(); VARIABLES];
+        let mut before = None;
         if let (Some(law), Some(measured)) = (law, seen.before) {
-            for (k, (time_s, point)) in measured.timed().enumerate() {
+            for (time_s, point) in measured.timed() {
                 let now = variables_of(time_s, &point);
-                match k {
-                    0 => law
-                        .starts
-                        .values(&Row { variables: &now, p, memory: &[] }, &mut memory[..len]),
-                    _ => sensed(law, p, [&before, &now], measured.step_s, &mut memory),
-                }
-                before = now;
+                remember(law, p, before.as_ref(), &now, measured.step_s, &mut memory);
+                before = Some(now);
             }
         }
         for k in 0..seen.displacement_mm.len() {
@@ -98,14 +94,10 @@ impl Sensors {
             (now[PF], now[PE]) = (seen.pressures_kpa[0][k], seen.pressures_kpa[1][k]);
             now[T] = S::constant(seen.start_s + step_s * k as f64);
             now[FORCE] = S::constant(seen.force_n(k));
-            match law {
-                // The last point that was measured before is the first one here.
-                Some(law) if k == 0 && seen.before.is_none() => {
-                    let start = Row { variables: &now, p, memory: &[] };
-                    law.starts.values(&start, &mut memory[..len]);
-                }
-                Some(law) if k > 0 => sensed(law, p, [&before, &now], step_s, &mut memory),
-                _ => {}
+            // The last point of the history is the first one here.
+            let is_known = k == 0 && seen.before.is_some();
+            if let Some(law) = law.filter(|_| !is_known) {
+                remember(law, p, before.as_ref(), &now, step_s, &mut memory);
             }
             let row = Row { variables: &now, p, memory: &memory[..len] };
             if let Velocity::Of(program) = velocity {
@@ -119,7 +111,7 @@ impl Sensors {
                     series[k] = program.value(&row);
                 }
             }
-            before = now;
+            before = Some(now);
         }
         if matches!(velocity, Velocity::Difference) {
             seen.renew_velocity();
@@ -127,7 +119,7 @@ impl Sensors {
     }
 }
 
-/// What was measured at a time since the excitation began, s, as the variables of a sensor.
+/// The variables of a sensor at a measured point; `time_s` counts from the start of the excitation.
 fn variables_of<S: Scalar>(time_s: f64, point: &MeasuredPoint) -> [S; VARIABLES] {
     let c = S::constant;
     let mut now = [S::zero(); VARIABLES];
@@ -137,14 +129,19 @@ fn variables_of<S: Scalar>(time_s: f64, point: &MeasuredPoint) -> [S; VARIABLES]
     now
 }
 
-/// Moves what a sensor remembers from one instant to the next, `step_s` later.
-fn sensed<S: Scalar>(
+/// Moves the memory states of a sensor to an instant: from the one before, `step_s` earlier, or to their starting values.
+fn remember<S: Scalar>(
     law: &Memory,
     p: &[S],
-    [before, now]: [&[S; VARIABLES]; 2],
+    before: Option<&[S; VARIABLES]>,
+    now: &[S; VARIABLES],
     step_s: f64,
     memory: &mut [S; MOST],
 ) {
+    let Some(before) = before else {
+        law.starts.values(&Row { variables: now, p, memory: &[] }, &mut memory[..law.len]);
+        return;
+    };
     let mut end = *now;
     end[DT] = S::constant(step_s);
     (end[DX], end[X0]) = (now[X] - before[X], before[X]);

@@ -1,4 +1,4 @@
-//! What happened before a part of a recording: effects remember it.
+//! Memory and air at the start of a part of a recording, from the motion that was measured before it.
 
 use super::base::BaseForce;
 use super::integrator::JointIntegrator;

@@ -1,5 +1,8 @@
 //! Laws that were written without knowledge of the search, and chosen before any file of the project was read.
 
+use super::shared::{
+    braid_damping, cross_leak, cubic_spring, grease_thinning, motor_heating, soft_stop,
+};
 use super::{HiddenLaw, law};
 
 /// Ten laws that were written without knowledge of the search or of the earlier lists, two of them with memory, at other pressures.
@@ -9,42 +12,17 @@ use super::{HiddenLaw, law};
 #[must_use]
 pub fn eighth_outside() -> Vec<HiddenLaw> {
     let mut all = vec![
-        law(
-            "cubic_spring",
-            &[("n_mm3", 3.0)],
-            "parameters.k = { range = [0, 100], absent = 0, start = [2] }\nacts.force_n = \"-k * x^3\"",
-            &["x"],
-        ),
-        law(
-            "soft_stop",
-            &[("n_mm", 18.0), ("from_mm", 0.5)],
-            "parameters.k = { range = [0, 500], absent = 0, start = [12] }\nparameters.from_mm = { range = [0.01, 5], log = true, start = [0.4, 0.6] }\nacts.force_n = \"-k * max(x - from_mm, 0)\"",
-            &["x"],
-        ),
-        law(
-            "braid_damping",
-            &[("n_s_mm_kpa", 8e-4)],
-            "parameters.c = { range = [0, 1], absent = 0, start = [6e-4] }\nacts.force_n = \"-c * (pf + pe) * v\"",
-            &["pe", "pf", "v"],
-        ),
-        law(
-            "grease_thinning",
-            &[("n_s_mm", 5.0), ("mm_s", 2.0)],
-            "parameters.c = { range = [0, 100], absent = 0, start = [3.5] }\nparameters.w = { range = [0.1, 100], log = true, start = [1.4, 3] }\nacts.force_n = \"-c * v / (1 + abs(v) / w)\"",
-            &["v"],
-        ),
+        cubic_spring(3.0, 100.0, 2.0),
+        soft_stop([18.0, 0.5], 12.0, [0.4, 0.6]),
+        braid_damping(8e-4, 6e-4),
+        grease_thinning([5.0, 2.0], 3.5, [1.4, 3.0]),
         law(
             "tight_spot",
             &[("n", 15.0), ("at_mm", 0.3), ("width_mm", 0.25)],
             "parameters.n = { range = [0, 500], absent = 0, start = [10] }\nparameters.at_mm = { range = [-5, 5], start = [0.2, 0.35] }\nparameters.w = { range = [0.01, 10], log = true, start = [0.2, 0.35] }\nacts.dry_friction_n = \"n * exp(-((x - at_mm) / w)^2)\"",
             &["x"],
         ),
-        law(
-            "cross_leak",
-            &[("g_s_kpa", 4e-7)],
-            "parameters.c = { range = [0, 1e-3], absent = 0, start = [3e-7] }\nlet.flow = \"c * (pf - pe)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\"",
-            &["pe", "pf"],
-        ),
+        cross_leak(4e-7, 3e-7),
         HiddenLaw {
             // The hose begins at the pressure of the flexor, which a start value cannot name: it gets there at once.
             remembers: true,
@@ -67,15 +45,7 @@ pub fn eighth_outside() -> Vec<HiddenLaw> {
             "parameters.b = { range = [-0.3, 0.3], absent = 0, start = [0.035] }\nacts.position_mm = \"x + b * x^2\"",
             &["x"],
         ),
-        HiddenLaw {
-            remembers: true,
-            ..law(
-                "motor_heating",
-                &[("per_n2", 7e-6), ("tau_s", 8.0)],
-                "parameters.c = { range = [0, 1e-3], absent = 0, start = [5e-6] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [5, 10] }\nmemory.z = { start = \"0\", rate = \"(force^2 - z) / tau_s\" }\nacts.force_n = \"-c * z * force\"",
-                &["force"],
-            )
-        },
+        motor_heating([7e-6, 8.0], 5e-6, &[5.0, 10.0]),
     ];
     all.iter_mut().for_each(|law| law.psi = CONDITIONS);
     all

@@ -9,6 +9,7 @@ mod later;
 mod ninth_outside;
 mod outside;
 mod seventh_outside;
+mod shared;
 mod sixth_outside;
 
 pub use developed::{laws, unseen};
@@ -44,7 +45,7 @@ pub struct HiddenLaw {
     /// As the plant hides it.
     pub hidden: Hidden,
     /// As an effect of expressions, for what the law itself reaches on the test set.
-    definition: &'static str,
+    definition: String,
     /// Its variables.
     pub variables: &'static [&'static str],
     /// Variables with which the same law can be written.
@@ -61,13 +62,13 @@ pub struct HiddenLaw {
 fn law(
     id: &'static str,
     values: &[(&str, f64)],
-    definition: &'static str,
+    definition: impl Into<String>,
     variables: &'static [&'static str],
 ) -> HiddenLaw {
     HiddenLaw {
         id,
         hidden: Hidden::new(id, values),
-        definition,
+        definition: definition.into(),
         variables,
         or: &[],
         remembers: false,

@@ -1,5 +1,6 @@
 //! Laws that were written without knowledge of the search, and chosen before any of the earlier lists was seen.
 
+use super::shared::{cross_leak, cubic_spring, edge_friction, force_in_reading, pressure_damping};
 use super::{HiddenLaw, law};
 
 /// Ten laws that were written without knowledge of the search or of the earlier lists, two of them with memory, at other pressures.
@@ -9,24 +10,14 @@ use super::{HiddenLaw, law};
 #[must_use]
 pub fn ninth_outside() -> Vec<HiddenLaw> {
     let mut all = vec![
-        law(
-            "cubic_spring",
-            &[("n_mm3", 3.0)],
-            "parameters.k = { range = [0, 100], absent = 0, start = [2] }\nacts.force_n = \"-k * x^3\"",
-            &["x"],
-        ),
+        cubic_spring(3.0, 100.0, 2.0),
         law(
             "quadratic_drag",
             &[("n_s2_mm2", 0.1)],
             "parameters.c = { range = [0, 10], absent = 0, start = [0.07] }\nacts.force_n = \"-c * v * abs(v)\"",
             &["v"],
         ),
-        law(
-            "pressure_damping",
-            &[("n_s_mm_kpa", 1.5e-3)],
-            "parameters.c = { range = [0, 1], absent = 0, start = [1e-3] }\nacts.force_n = \"-c * (pf + pe - 2 * p_atm) * v\"",
-            &["pe", "pf", "v"],
-        ),
+        pressure_damping(1.5e-3, 1e-3),
         law(
             "amplifier_drift",
             &[("n", 9.0), ("tau_s", 6.0)],
@@ -39,12 +30,7 @@ pub fn ninth_outside() -> Vec<HiddenLaw> {
             "parameters.c = { range = [-1, 1], absent = 0, start = [3.5e-3] }\nacts.force_n = \"-c * t * force\"",
             &["force", "t"],
         ),
-        law(
-            "edge_friction",
-            &[("n_mm", 7.0)],
-            "parameters.c = { range = [0, 500], absent = 0, start = [5] }\nacts.dry_friction_n = \"c * abs(x)\"",
-            &["x"],
-        ),
+        edge_friction(7.0),
         HiddenLaw {
             remembers: true,
             ..law(
@@ -54,12 +40,7 @@ pub fn ninth_outside() -> Vec<HiddenLaw> {
                 &["v"],
             )
         },
-        law(
-            "cross_leak",
-            &[("g_s_kpa", 4e-7)],
-            "parameters.c = { range = [0, 1e-3], absent = 0, start = [3e-7] }\nlet.flow = \"c * (pf - pe)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\"",
-            &["pe", "pf"],
-        ),
+        cross_leak(4e-7, 3e-7),
         // A memory cannot begin at a pressure: for ten milliseconds it catches up with the one at rest and nothing flows.
         HiddenLaw {
             remembers: true,
@@ -70,12 +51,7 @@ pub fn ninth_outside() -> Vec<HiddenLaw> {
                 &["pf"],
             )
         },
-        law(
-            "frame_give",
-            &[("mm_n", 5e-4)],
-            "parameters.c = { range = [-1, 1], absent = 0, start = [3.5e-4] }\nacts.position_mm = \"x + c * force\"",
-            &["force"],
-        ),
+        force_in_reading("frame_give", 5e-4, 3.5e-4),
     ];
     all.iter_mut().for_each(|law| law.psi = CONDITIONS);
     all

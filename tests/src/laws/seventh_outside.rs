@@ -1,5 +1,9 @@
 //! Laws that were written without knowledge of the search, and chosen before any of the earlier lists was seen.
 
+use super::shared::{
+    braid_damping, cross_leak, cubic_spring, edge_friction, force_in_reading, grease_thinning,
+    motor_heating,
+};
 use super::{HiddenLaw, law};
 
 /// Ten laws that were written without knowledge of the search or of the earlier lists, two of them with memory, at other pressures.
@@ -9,45 +13,17 @@ use super::{HiddenLaw, law};
 #[must_use]
 pub fn seventh_outside() -> Vec<HiddenLaw> {
     let mut all = vec![
-        law(
-            "grease_thinning",
-            &[("n_s_mm", 4.0), ("mm_s", 3.0)],
-            "parameters.c = { range = [0, 100], absent = 0, start = [2.5] }\nparameters.w = { range = [0.1, 100], log = true, start = [2, 4] }\nacts.force_n = \"-c * v / (1 + abs(v) / w)\"",
-            &["v"],
-        ),
-        law(
-            "cubic_spring",
-            &[("n_mm3", 2.5)],
-            "parameters.k = { range = [0, 100], absent = 0, start = [1.8] }\nacts.force_n = \"-k * x^3\"",
-            &["x"],
-        ),
-        law(
-            "braid_damping",
-            &[("n_s_mm_kpa", 1e-3)],
-            "parameters.c = { range = [0, 1], absent = 0, start = [7e-4] }\nacts.force_n = \"-c * (pf + pe) * v\"",
-            &["pe", "pf", "v"],
-        ),
+        grease_thinning([4.0, 3.0], 2.5, [2.0, 4.0]),
+        cubic_spring(2.5, 100.0, 1.8),
+        braid_damping(1e-3, 7e-4),
         law(
             "fan_disturbance",
             &[("force_n", 14.0), ("frequency_hz", 6.3)],
             "parameters.n = { range = [0, 500], absent = 0, start = [10] }\nparameters.frequency_hz = { range = [0.1, 20], log = true, start = [6.25, 6.3, 6.35] }\nacts.force_n = \"n * sin(2 * pi * frequency_hz * t)\"",
             &["t"],
         ),
-        HiddenLaw {
-            remembers: true,
-            ..law(
-                "motor_heating",
-                &[("per_n2", 4e-6), ("tau_s", 6.0)],
-                "parameters.c = { range = [0, 1e-3], absent = 0, start = [3e-6] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [4, 8] }\nmemory.z = { start = \"0\", rate = \"(force^2 - z) / tau_s\" }\nacts.force_n = \"-c * z * force\"",
-                &["force"],
-            )
-        },
-        law(
-            "edge_friction",
-            &[("n_mm", 8.0)],
-            "parameters.c = { range = [0, 500], absent = 0, start = [5] }\nacts.dry_friction_n = \"c * abs(x)\"",
-            &["x"],
-        ),
+        motor_heating([4e-6, 6.0], 3e-6, &[4.0, 8.0]),
+        edge_friction(8.0),
         HiddenLaw {
             remembers: true,
             ..law(
@@ -57,18 +33,8 @@ pub fn seventh_outside() -> Vec<HiddenLaw> {
                 &["v"],
             )
         },
-        law(
-            "cross_leak",
-            &[("g_s_kpa", 3e-7)],
-            "parameters.c = { range = [0, 1e-3], absent = 0, start = [2e-7] }\nlet.flow = \"c * (pf - pe)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\"",
-            &["pe", "pf"],
-        ),
-        law(
-            "frame_flex",
-            &[("mm_n", 4e-4)],
-            "parameters.c = { range = [-1, 1], absent = 0, start = [3e-4] }\nacts.position_mm = \"x + c * force\"",
-            &["force"],
-        ),
+        cross_leak(3e-7, 2e-7),
+        force_in_reading("frame_flex", 4e-4, 3e-4),
         law(
             "motor_pickup",
             &[("kpa_n", 0.02)],

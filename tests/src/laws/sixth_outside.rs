@@ -1,6 +1,9 @@
 //! Laws that were written without knowledge of the search or of the earlier lists, by an author who chose them before any
 //! file of the project was read.
 
+use super::shared::{
+    cross_leak, cubic_spring, force_in_reading, motor_heating, pressure_damping, soft_stop,
+};
 use super::{HiddenLaw, law};
 
 /// Ten laws that were written without knowledge of the search or of the earlier lists, two of them with memory, at other
@@ -11,24 +14,9 @@ use super::{HiddenLaw, law};
 #[must_use]
 pub fn sixth_outside() -> Vec<HiddenLaw> {
     let mut all = vec![
-        law(
-            "cubic_spring",
-            &[("n_mm3", 4.0)],
-            "parameters.k = { range = [0, 200], absent = 0, start = [2.5] }\nacts.force_n = \"-k * x^3\"",
-            &["x"],
-        ),
-        law(
-            "pressure_damping",
-            &[("n_s_mm_kpa", 0.0025)],
-            "parameters.c = { range = [0, 1], absent = 0, start = [0.0015] }\nacts.force_n = \"-c * (pf + pe - 2 * p_atm) * v\"",
-            &["pe", "pf", "v"],
-        ),
-        law(
-            "soft_stop",
-            &[("n_mm", 24.0), ("from_mm", 0.4)],
-            "parameters.k = { range = [0, 500], absent = 0, start = [16] }\nparameters.from_mm = { range = [0.01, 5], log = true, start = [0.3, 0.5] }\nacts.force_n = \"-k * max(x - from_mm, 0)\"",
-            &["x"],
-        ),
+        cubic_spring(4.0, 200.0, 2.5),
+        pressure_damping(0.0025, 0.0015),
+        soft_stop([24.0, 0.4], 16.0, [0.3, 0.5]),
         law(
             "seam_leak",
             &[("g_s_kpa2", 3e-10)],
@@ -51,27 +39,9 @@ pub fn sixth_outside() -> Vec<HiddenLaw> {
             "parameters.n = { range = [0, 500], absent = 0, start = [20] }\nparameters.tau_s = { range = [0.1, 1000], log = true, start = [4] }\nacts.dry_friction_n = \"n * exp(-t / tau_s)\"",
             &["t"],
         ),
-        law(
-            "cross_leak",
-            &[("g_s_kpa", 5e-7)],
-            "parameters.c = { range = [0, 1e-3], absent = 0, start = [3e-7] }\nlet.flow = \"c * (pf - pe)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\"",
-            &["pe", "pf"],
-        ),
-        law(
-            "frame_give",
-            &[("mm_n", 5e-4)],
-            "parameters.c = { range = [-1, 1], absent = 0, start = [3e-4] }\nacts.position_mm = \"x + c * force\"",
-            &["force"],
-        ),
-        HiddenLaw {
-            remembers: true,
-            ..law(
-                "motor_heating",
-                &[("per_n2", 8e-6), ("tau_s", 8.0)],
-                "parameters.c = { range = [0, 1e-3], absent = 0, start = [5e-6] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [5] }\nmemory.z = { start = \"0\", rate = \"(force^2 - z) / tau_s\" }\nacts.force_n = \"-c * z * force\"",
-                &["force"],
-            )
-        },
+        cross_leak(5e-7, 3e-7),
+        force_in_reading("frame_give", 5e-4, 3e-4),
+        motor_heating([8e-6, 8.0], 5e-6, &[5.0]),
         HiddenLaw {
             remembers: true,
             or: &["x"],
