@@ -110,6 +110,8 @@ pub struct Span {
     pub name: String,
     /// Time from its first to its last sample, s.
     pub duration_s: f64,
+    /// Conditions that are constant within it, such as the sealed pressures, in one unit: as many for each experiment, or none.
+    pub conditions: Vec<f64>,
 }
 
 /// An experiment up to the end of its open part: the rows that may train, validate, and set a noise level or a scale.
@@ -142,7 +144,8 @@ pub struct Roles {
 }
 
 impl Roles {
-    /// Assigns roles to experiments; [`DataSettings::split_seed`] draws them.
+    /// Assigns roles to experiments. Test and validation experiments are those without which the ranges of the conditions narrow
+    /// least; among equals [`DataSettings::split_seed`] draws.
     ///
     /// # Errors
     /// [`DiagnoseError::TooLittle`] if there are no experiments, no test experiments where they are given, or one is
@@ -182,7 +185,7 @@ impl Roles {
                 (test, Some(TestData::Given { recordings }))
             }
             TestSource::Kept if open.len() >= 2 => {
-                let test = keep(&mut open, share, &mut random);
+                let test = keep(all, &mut open, share, &mut random);
                 let recordings = names(&test);
                 (test, Some(TestData::Kept { recordings }))
             }
@@ -193,7 +196,7 @@ impl Roles {
             TestSource::Absent => (Vec::new(), None),
         };
         let (validation, validation_data) = if open.len() >= 3 {
-            let validation = keep(&mut open, share, &mut random);
+            let validation = keep(all, &mut open, share, &mut random);
             let recordings = names(&validation);
             (validation, ValidationData::Recordings { recordings })
         } else {
@@ -342,12 +345,39 @@ fn ends(all: &[Span], share: f64) -> Vec<(String, [f64; 2])> {
     all.iter().enumerate().map(part).collect()
 }
 
-/// Takes a share of the experiments out, at least one, both lists in their order.
-fn keep(open: &mut Vec<usize>, share: f64, random: &mut ChaCha8Rng) -> Vec<usize> {
-    let kept = ((share * open.len() as f64).round() as usize).clamp(1, open.len() - 1);
+/// Takes a share of the experiments out, at least one, both lists in their order: one after the other, of those without which the
+/// ranges of the conditions narrow least. What is fitted then interpolates between the conditions that it knows.
+fn keep(all: &[Span], open: &mut Vec<usize>, share: f64, random: &mut ChaCha8Rng) -> Vec<usize> {
+    let count = ((share * open.len() as f64).round() as usize).clamp(1, open.len() - 1);
     open.shuffle(random);
-    let mut kept: Vec<usize> = open.drain(..kept).collect();
+    let mut kept = Vec::with_capacity(count);
+    for _ in 0..count {
+        let losses: Vec<f64> = (0..open.len()).map(|k| range_lost(all, open, k)).collect();
+        let least = (0..open.len()).min_by(|&a, &b| losses[a].total_cmp(&losses[b]));
+        kept.push(open.remove(least.unwrap_or(0)));
+    }
     kept.sort_unstable();
     open.sort_unstable();
     kept
+}
+
+/// Range of a condition, relative to the largest value of any, below which experiments have the same one.
+const SAME_CONDITION: f64 = 0.02;
+
+/// By how much the ranges of the conditions narrow without one of the experiments, as shares of them, summed up.
+fn range_lost(all: &[Span], open: &[usize], without: usize) -> f64 {
+    let conditions = |k: usize| &all[open[k]].conditions;
+    let size = (0..open.len()).flat_map(conditions).fold(0.0, |size: f64, v| size.max(v.abs()));
+    let range = |c: usize, counts: &dyn Fn(usize) -> bool| {
+        let own = (0..open.len()).filter(|k| counts(*k)).map(|k| conditions(k)[c]);
+        let [low, high] =
+            own.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+        (high - low).max(0.0)
+    };
+    let lost = |c: usize| {
+        let whole = range(c, &|_| true);
+        let differs = whole > SAME_CONDITION * size;
+        if differs { 1.0 - range(c, &|k| k != without) / whole } else { 0.0 }
+    };
+    (0..conditions(without).len()).map(lost).sum()
 }

@@ -192,7 +192,11 @@ fn roles_of<I>(
     source: TestSource,
     settings: &DiagnosisSettings,
 ) -> Result<Roles, DiagnoseError> {
-    let span = |e: &&Experiment<I>| Span { name: e.name.clone(), duration_s: duration_s(e) };
+    let span = |e: &&Experiment<I>| Span {
+        name: e.name.clone(),
+        duration_s: duration_s(e),
+        conditions: Vec::new(),
+    };
     let spans: Vec<Span> = experiments.iter().map(span).collect();
     Roles::assign(&spans, source, &settings.data)
 }

@@ -5,9 +5,16 @@ use crate::data::{Roles, Span, TestSource};
 use crate::error::DiagnoseError;
 use pam_effects::simulation::Trial;
 
+/// Their conditions are the sealed pressures, the sum and the difference of both.
 pub(super) fn spans(trials: &[&Trial]) -> Vec<Span> {
-    let span =
-        |t: &&Trial| Span { name: t.record.source.name.clone(), duration_s: t.record.duration_s() };
+    let span = |t: &&Trial| {
+        let [flexor, extensor] = t.record.rest.sealed_kpa;
+        Span {
+            name: t.record.source.name.clone(),
+            duration_s: t.record.duration_s(),
+            conditions: vec![flexor, extensor, flexor + extensor, flexor - extensor],
+        }
+    };
     trials.iter().map(span).collect()
 }
 

@@ -1,7 +1,7 @@
 //! The terms that are tried.
 
 use crate::terms::{
-    Factor, Function, Place, Term, Variable, VariableKind, is_dry_level, repeating,
+    Factor, Function, Place, Term, Variable, VariableKind, is_dry_level, relaxing, repeating,
 };
 
 /// Scales of functions, relative to the typical size of their argument.
@@ -167,6 +167,7 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             }
         }
     }
+    all.extend(relaxing(place, variables, &LAGS_S));
     if place.remembers {
         all.extend(remembering(place, variables));
     }
@@ -189,7 +190,7 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
         .copied()
         .filter(|k| variables[*k].kind == VariableKind::Moving)
         .collect();
-    for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {
+    for &k in place.variables.iter().filter(|k| variables[**k].is_remembered()) {
         for of in LAGGED {
             for time_s in LAGS_S {
                 let lagged = Factor::low_pass(k, of, time_s);
@@ -206,7 +207,7 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
                     let losses = [Factor::of(v, Linear, 1.0), turned];
                     all.extend(losses.map(|loss| vec![lagged, loss]));
                     // Damping or friction that decays the more the joint is worked.
-                    if matches!(of, Absolute | Square) {
+                    if k == v && matches!(of, Absolute | Square) {
                         let scale = WORN * lagged.argument_size(variables);
                         let worn = Factor { function: Decaying, scale, ..lagged };
                         all.extend(losses.map(|loss| vec![worn, loss]));

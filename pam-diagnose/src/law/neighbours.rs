@@ -83,6 +83,10 @@ fn siblings(factor: Factor, variables: &[Variable]) -> Vec<Factor> {
             };
             kinds.flat_map(with).filter(|f| !f.is_like(&factor)).collect()
         }
+        Some(Lag::HighPass { .. }) => {
+            let directed = [Function::SignedSquare, Function::Positive, Function::Negative];
+            directed.map(|function| Factor { function, ..factor }).to_vec()
+        }
         Some(Lag::Slip { .. }) => Vec::new(),
         None => {
             let mut all = singles(factor.variable, variables);
@@ -120,7 +124,8 @@ fn of_other_variables(factor: Factor, place: &Place, variables: &[Variable]) -> 
         let moved = Factor { variable: k, scale: factor.scale / own.size * v.size, ..factor };
         match factor.lag {
             _ if k == factor.variable || !is_like => Vec::new(),
-            Some(Lag::LowPass { of, .. }) if v.at_start.is_some() => {
+            Some(Lag::HighPass { .. }) if v.relaxes() => vec![moved],
+            Some(Lag::LowPass { of, .. }) if v.is_remembered() => {
                 let lag = |time_s| Factor::low_pass(k, of, time_s).lag;
                 let others = LAGS_S.map(|time_s| Factor { lag: lag(time_s), ..moved });
                 [moved].into_iter().chain(others).collect()
@@ -158,9 +163,7 @@ fn with_memory(factor: Factor, place: &Place, variables: &[Variable]) -> Vec<Fac
             let is_turning = |k: &&usize| variables[**k].kind == VariableKind::Turning;
             place.variables.iter().filter(is_turning).copied().flat_map(relaxed).collect()
         }
-        None if LAGGED.contains(&factor.function)
-            && variables[factor.variable].at_start.is_some() =>
-        {
+        None if LAGGED.contains(&factor.function) && variables[factor.variable].is_remembered() => {
             let with = |time_s| Factor::low_pass(factor.variable, factor.function, time_s);
             LAGS_S.into_iter().map(with).collect()
         }

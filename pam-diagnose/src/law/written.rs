@@ -63,6 +63,9 @@ fn product(term: &Term, space: &dyn TermSpace) -> String {
             Some(Lag::LowPass { of, time_s }) => {
                 format!("low_pass({}, {} s)", of.text(text, ""), significant(time_s, 3))
             }
+            Some(Lag::HighPass { time_s }) => {
+                format!("high_pass({text}, {} s)", significant(time_s, 3))
+            }
             Some(Lag::Slip { width }) => format!("slip({text} / {})", significant(width, 3)),
         };
         f.function.text(&argument, &significant(f.scale, 3))

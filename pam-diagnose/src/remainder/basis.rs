@@ -1,7 +1,7 @@
 //! The terms of a smooth correction.
 
 use crate::terms::{
-    Factor, Function, Place, Term, Variable, VariableKind, is_dry_level, repeating,
+    Factor, Function, Place, Term, Variable, VariableKind, is_dry_level, relaxing, repeating,
 };
 
 /// Sizes at which the direction of a variable turns, relative to its typical size: the first one is close to dry friction.
@@ -31,6 +31,7 @@ pub(crate) fn remembering(family: usize, variables: &[Variable], places: &[Place
     of_family(family, places)
         .flat_map(|k| {
             let mut products = fading(&places[k], variables);
+            products.extend(relaxing(&places[k], variables, &LAGS_S));
             if places[k].remembers {
                 products.extend(lagged(&places[k], variables));
             }
@@ -129,7 +130,7 @@ fn fading(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
 }
 
 fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
-    let known = place.variables.iter().filter(|k| variables[**k].at_start.is_some());
+    let known = place.variables.iter().filter(|k| variables[**k].is_remembered());
     let mut all = Vec::new();
     for &k in known {
         for time_s in LAGS_S {

@@ -52,13 +52,15 @@ pub(crate) fn learn(
     best = with_best_deviation(space, before, best)?;
     best = sparse(space, before, best)?;
     done(0.8);
-    // What remembers or repeats may be all that there is: then no smooth terms tell where it acts.
-    let others = alone.iter().filter(|(k, _)| *k != family && !best.is_learned(ground));
+    // What remembers or repeats may be all that there is: then no smooth terms tell where it acts. What remembers at one place may
+    // imitate what remembers at another one.
+    let others = alone.iter().filter(|(k, _)| *k != family);
     let starts: Vec<(usize, Learned)> =
         [(family, best.clone())].into_iter().chain(others.cloned()).collect();
+    let any_learned = best.is_learned(ground);
     let mut family = family;
     for (own, start) in starts {
-        if start.is_enough(ground) {
+        if best.is_enough(ground) || (any_learned && !start.is_learned(ground)) {
             continue;
         }
         let mut more = remembering(own, variables, places);

@@ -267,11 +267,15 @@ impl Writer<'_> {
                 None => variable.text.clone(),
                 Some(lag) => {
                     let unit = match lag {
-                        Lag::LowPass { .. } => Number::Time,
+                        Lag::LowPass { .. } | Lag::HighPass { .. } => Number::Time,
                         Lag::Slip { .. } => Number::Scale(variable.unit),
                     };
                     let number = number(f, unit, lag.number());
-                    self.remembered(variable, lag, &number)
+                    let state = self.remembered(variable, lag, &number);
+                    match lag {
+                        Lag::HighPass { .. } => format!("({} - {state})", variable.text),
+                        _ => state,
+                    }
                 }
             };
             let scale = if f.function.has_scale() {
@@ -294,12 +298,14 @@ impl Writer<'_> {
         let (start, steps) = match lag {
             Lag::LowPass { of, .. } if start != "0" => (of.text(start, ""), false),
             Lag::LowPass { .. } => ("0".to_owned(), false),
+            Lag::HighPass { .. } => (start.to_owned(), false),
             Lag::Slip { .. } => ("0".to_owned(), true),
         };
         let law = |name: &str| match lag {
             Lag::LowPass { of, .. } => {
                 format!("({} - {name}) / {number}", of.text(&variable.text, ""))
             }
+            Lag::HighPass { .. } => format!("({} - {name}) / {number}", variable.text),
             Lag::Slip { .. } => {
                 let change = variable.change.as_deref().unwrap_or("0");
                 format!("clamp({name} + {change} / {number}, -1, 1)")

@@ -7,6 +7,7 @@
 
 mod definition;
 mod function;
+mod relaxing;
 mod repeating;
 mod space;
 mod term;
@@ -15,6 +16,7 @@ mod unit;
 pub(crate) use definition::as_quotient;
 pub use definition::{Definition, Remembered, TermParameter};
 pub use function::Function;
+pub(crate) use relaxing::relaxing;
 pub(crate) use repeating::{repeating, waves_along};
 pub(crate) use space::is_dry_level;
 pub use space::{Place, TermSpace, Variable, VariableKind};

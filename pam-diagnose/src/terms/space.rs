@@ -27,7 +27,8 @@ pub struct Variable {
     pub kind: VariableKind,
     /// Whether it takes both signs.
     pub signed: bool,
-    /// Its value at the beginning of an experiment, as an expression, if it can be remembered.
+    /// Its value at the beginning of an experiment, as an expression, if it can be remembered: whole if it moves, and a pressure as what
+    /// a low-pass leaves of it.
     pub at_start: Option<String>,
     /// Its change over a step, as an expression, if terms may remember where it turned.
     pub change: Option<String>,
@@ -40,6 +41,18 @@ impl Variable {
     #[must_use]
     pub fn is_pressure(&self) -> bool {
         self.kind == VariableKind::Slow && self.group == "pressures"
+    }
+
+    /// Whether there are terms of low-passes of it: it moves, and its beginning is known.
+    #[must_use]
+    pub fn is_remembered(&self) -> bool {
+        self.at_start.is_some() && matches!(self.kind, VariableKind::Moving | VariableKind::Turning)
+    }
+
+    /// Whether there are terms of what a low-pass leaves of it: it is a pressure whose beginning is known.
+    #[must_use]
+    pub fn relaxes(&self) -> bool {
+        self.at_start.is_some() && !self.is_remembered()
     }
 
     /// Whether it is the time.

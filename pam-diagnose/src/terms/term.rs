@@ -14,6 +14,11 @@ pub enum Lag {
         /// The time constant τ, s.
         time_s: f64,
     },
+    /// What a first-order low-pass leaves of the variable, `u − z` with `ż = (u − z)/τ`.
+    HighPass {
+        /// The time constant τ, s.
+        time_s: f64,
+    },
     /// The stretch of a spring that slips at ±1, `dz = du/w` between −1 and 1 (Maxwell-slip element, rate-independent).
     Slip {
         /// The change `w` of the variable that stretches it from 0 to 1.
@@ -26,7 +31,7 @@ impl Lag {
     #[must_use]
     pub fn number(self) -> f64 {
         match self {
-            Self::LowPass { time_s, .. } => time_s,
+            Self::LowPass { time_s, .. } | Self::HighPass { time_s } => time_s,
             Self::Slip { width } => width,
         }
     }
@@ -36,6 +41,7 @@ impl Lag {
     pub fn with_number(self, number: f64) -> Self {
         match self {
             Self::LowPass { of, .. } => Self::LowPass { of, time_s: number },
+            Self::HighPass { .. } => Self::HighPass { time_s: number },
             Self::Slip { .. } => Self::Slip { width: number },
         }
     }
@@ -49,7 +55,7 @@ impl Lag {
     fn description_length(self) -> f64 {
         match self {
             Self::LowPass { of, .. } => LAG_LENGTH + of.description_length(),
-            Self::Slip { .. } => LAG_LENGTH,
+            Self::HighPass { .. } | Self::Slip { .. } => LAG_LENGTH,
         }
     }
 }
@@ -81,12 +87,19 @@ impl Factor {
         Self { lag, ..Self::of(variable, Function::Linear, 1.0) }
     }
 
+    /// What a low-pass leaves of a variable.
+    #[must_use]
+    pub fn high_pass(variable: usize, time_s: f64) -> Self {
+        let lag = Some(Lag::HighPass { time_s });
+        Self { lag, ..Self::of(variable, Function::Linear, 1.0) }
+    }
+
     /// The unit of the function's argument.
     #[must_use]
     pub fn argument_unit(&self, variables: &[Variable]) -> Unit {
         let unit = variables[self.variable].unit;
         match self.lag {
-            None => unit,
+            None | Some(Lag::HighPass { .. }) => unit,
             Some(Lag::LowPass { of, .. }) => Unit::ONE.times(unit, of.power()),
             Some(Lag::Slip { .. }) => Unit::ONE,
         }
@@ -99,6 +112,7 @@ impl Factor {
         match self.lag {
             None => size,
             Some(Lag::LowPass { of, .. }) => of.value(size, 1.0).abs(),
+            Some(Lag::HighPass { .. }) => CHANGING * size,
             Some(Lag::Slip { .. }) => 1.0,
         }
     }
@@ -161,6 +175,8 @@ impl Factor {
 
 /// Description length of a memory, nats.
 const LAG_LENGTH: f64 = 2.0;
+/// Share of its typical size by which a pressure changes with the motion.
+const CHANGING: f64 = 0.1;
 
 /// A coefficient times a product of factors, at a place.
 #[derive(Debug, Clone, PartialEq)]
@@ -270,21 +286,27 @@ impl Term {
         let rows = variables.first().map_or(0, Vec::len);
         let mut product = vec![self.coefficient; rows];
         for f in &self.factors {
+            // The state and the variable of the row before.
             let mut kept: Option<[f64; 2]> = None;
             for (p, &u) in product.iter_mut().zip(&variables[f.variable]) {
-                let argument = match f.lag {
+                let low_pass = |now: f64, time_s: f64| {
+                    let old = kept.map_or(now, |k| k[0]);
+                    old - (now - old) * (-step_s / time_s).exp_m1()
+                };
+                let state = match f.lag {
                     None => u,
-                    Some(Lag::LowPass { of, time_s }) => {
-                        let now = of.value(u, 1.0);
-                        let old = kept.map_or(now, |k| k[0]);
-                        old - (now - old) * (-step_s / time_s).exp_m1()
-                    }
+                    Some(Lag::LowPass { of, time_s }) => low_pass(of.value(u, 1.0), time_s),
+                    Some(Lag::HighPass { time_s }) => low_pass(u, time_s),
                     Some(Lag::Slip { width }) => {
                         let [old, before] = kept.unwrap_or([0.0, u]);
                         (old + (u - before) / width).clamp(-1.0, 1.0)
                     }
                 };
-                kept = Some([argument, u]);
+                kept = Some([state, u]);
+                let argument = match f.lag {
+                    Some(Lag::HighPass { .. }) => u - state,
+                    _ => state,
+                };
                 *p *= f.function.value(argument, f.scale);
             }
         }

@@ -224,6 +224,19 @@ fn terms_are_what_their_expressions_say() {
     assert_eq!(law.memory, [remembered("0", false, "(a^2 - z1) / tau1_s")]);
     assert_eq!(law.expression(), "force_n = c1_n_per_mm2 * z1, dz1/dt = (a^2 - z1) / tau1_s");
 
+    // What the low-pass leaves of the step: e^(−t/τ); the state begins where the variable does.
+    let left = Factor { function: Square, ..Factor::high_pass(0, 0.5) };
+    let term = Term { place: 0, factors: vec![left], coefficient: 1.0 };
+    let mut step = vec![3.0; 200];
+    step[0] = 0.0;
+    for (k, value) in term.series(&[step, vec![0.0; 200]], 0.01).into_iter().enumerate().skip(1) {
+        let exact = (3.0 * (-0.01 * k as f64 / 0.5).exp()).powi(2);
+        assert!((value - exact).abs() < 1e-9, "{k}: {value} {exact}");
+    }
+    let law = Definition::law("law", "", &[term], &variables, &places);
+    assert_eq!(law.memory, [remembered("0", false, "(a - z1) / tau1_s")]);
+    assert_eq!(law.expression(), "force_n = c1_n_per_mm2 * (a - z1)^2, dz1/dt = (a - z1) / tau1_s");
+
     // A spring of 0.5 that slips follows a triangle up to 1, holds there, and turns with it.
     let lag = Lag::Slip { width: 0.5 };
     let slipping = Factor { lag: Some(lag), ..Factor::of(0, Linear, 1.0) };

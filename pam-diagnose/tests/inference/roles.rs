@@ -1,11 +1,12 @@
 //! Training, validation and test data: disjoint, complete, and the test data unseen.
 
 use crate::linear::{Experiment, Linear, combined, white};
-use pam_diagnose::data::{Roles, Span, TestSource};
+use pam_diagnose::data::{Roles, Span, TestData, TestSource};
 use pam_diagnose::diagnosis::{Diagnosis, Prepared, run};
 use pam_diagnose::fit::{Hypothesis, Problem};
 use pam_diagnose::noise::{Noise, NoisePrior, estimated_noise, noise_deviation};
 use pam_diagnose::search::Candidates;
+use pam_diagnose::settings::DataSettings;
 use pam_diagnose::{DiagnosisSettings, Verdict};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -98,6 +99,37 @@ fn roles_are_disjoint_and_cover_the_recordings() {
     }
 }
 
+/// Recordings at the ends of the ranges of the sealed pressures train, whatever the seed is; among equals the seed draws.
+#[test]
+fn the_test_set_lies_between_the_other_conditions() {
+    let tested = |conditions: &[[f64; 2]], split_seed: usize| {
+        let span = |c: &[f64; 2]| Span {
+            name: format!("{c:?}"),
+            duration_s: 20.0,
+            conditions: vec![c[0], c[1]],
+        };
+        let spans: Vec<Span> = conditions.iter().map(span).collect();
+        let data = DataSettings { split_seed, ..DiagnosisSettings::default().data };
+        let roles = Roles::assign(&spans, TestSource::Kept, &data).expect("long enough");
+        match roles.test_data {
+            Some(TestData::Kept { recordings }) => recordings,
+            other => panic!("{other:?}"),
+        }
+    };
+    let orders = [[0, 1, 2], [2, 0, 1], [1, 2, 0]];
+    for (order, seed) in orders.into_iter().flat_map(|o| (0..8).map(move |seed| (o, seed))) {
+        let all = [[300.0, 280.0], [400.0, 410.0], [520.0, 480.0]];
+        let given = order.map(|k: usize| all[k]);
+        assert_eq!(tested(&given, seed), ["[400.0, 410.0]"], "{order:?}, seed {seed}");
+    }
+    // 1 kPa of noise is no other condition.
+    let equal = [[400.0, 401.0], [401.0, 400.0], [400.5, 400.0]];
+    let mut drawn: Vec<String> = (0..8).flat_map(|seed| tested(&equal, seed)).collect();
+    drawn.sort();
+    drawn.dedup();
+    assert!(drawn.len() > 1, "{drawn:?}");
+}
+
 /// Every name and number that follows from the open data; the verdict reads the test data as well.
 fn decisions(d: &Diagnosis<()>) -> String {
     format!(
@@ -167,7 +199,7 @@ fn noise_is_estimated_from_the_data_alone() {
 #[test]
 fn the_shortest_length_counts_samples() {
     let assign = |duration_s: f64| {
-        let spans = [Span { name: "run".into(), duration_s }];
+        let spans = [Span { name: "run".into(), duration_s, conditions: Vec::new() }];
         Roles::assign(&spans, TestSource::Kept, &DiagnosisSettings::default().data)
     };
     assert!(assign(2.999).is_ok());

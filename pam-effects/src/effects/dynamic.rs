@@ -6,7 +6,8 @@
 
 use super::timed::Timed;
 use super::{
-    Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Hooks, Observed, Point, Rest,
+    Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Hooks, MemoryStart, Observed,
+    Point, Rest,
 };
 use pam_autodiff::{Chunk, Var};
 use pam_core::{AnyForce, JointModel, Scalar};
@@ -58,7 +59,7 @@ dispatch! {
         pub trait EffectHooks<S>
     ]
     [impl<E: Effect, S: Scalar> EffectHooks<S> for E] {
-        fn begin(&self, p: &[S], x: S, memory: &mut [S]);
+        fn begin(&self, p: &[S], at: &MemoryStart<S>, memory: &mut [S]);
         fn rest(&self, p: &[S], rest: &mut Rest<S>);
         fn drive(&self, p: &[S], command: &Command<S>, memory: &mut [S]) -> S;
         fn force_mn(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S;

@@ -21,6 +21,15 @@ pub struct StepStart<S> {
     pub driving_mn: S,
 }
 
+/// The joint where a memory begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MemoryStart<S> {
+    /// Displacement, mm.
+    pub displacement_mm: S,
+    /// Absolute pressures of flexor and extensor, kPa.
+    pub pressures_kpa: [S; 2],
+}
+
 /// The joint at one instant inside a step.
 #[derive(Clone, Copy)]
 pub struct Point<'a, S> {
@@ -296,9 +305,9 @@ pub trait Effect: Send + Sync + 'static {
         self.info().group != Group::Sensing
     }
 
-    /// Memory of a joint that rests at `x` (mm).
-    fn begin<S: Scalar>(&self, p: &[S], x: S, memory: &mut [S]) {
-        let _ = (p, x, memory);
+    /// Memory of a joint that rests.
+    fn begin<S: Scalar>(&self, p: &[S], at: &MemoryStart<S>, memory: &mut [S]) {
+        let _ = (p, at, memory);
     }
 
     /// Turns measured readings at rest into true ones.

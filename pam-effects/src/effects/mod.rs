@@ -33,8 +33,8 @@ pub use dynamic::{
 };
 pub use hook_list::Hooks;
 pub use hooks::{
-    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, Observed, Point, Rest, Restoring,
-    StepStart,
+    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, MemoryStart, Observed, Point, Rest,
+    Restoring, StepStart,
 };
 pub use own::{all, register, registered};
 pub use pam_vocabulary::{

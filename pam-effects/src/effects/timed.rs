@@ -15,8 +15,8 @@
 
 use super::dynamic::{AnyEffect, EffectHooks, EffectScalar};
 use super::{
-    Absorbed, ChamberLaw, Command, DataScales, EffectInfo, FixedState, Group, Hooks, Observed,
-    Point, Rest,
+    Absorbed, ChamberLaw, Command, DataScales, EffectInfo, FixedState, Group, Hooks, MemoryStart,
+    Observed, Point, Rest,
 };
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_core::{AnyForce, JointModel, Scalar, smooth_step};
@@ -148,8 +148,8 @@ fn blend<S: Scalar>(share: S, before: S, after: S) -> S {
 }
 
 impl<S: EffectScalar> EffectHooks<S> for Timed {
-    fn begin(&self, p: &[S], x: S, memory: &mut [S]) {
-        self.with_own(p, |own| S::hooks(self.inner).begin(own, x, memory));
+    fn begin(&self, p: &[S], at: &MemoryStart<S>, memory: &mut [S]) {
+        self.with_own(p, |own| S::hooks(self.inner).begin(own, at, memory));
     }
 
     fn rest(&self, p: &[S], rest: &mut Rest<S>) {
@@ -255,7 +255,11 @@ impl<S: EffectScalar> EffectHooks<S> for Timed {
         let share = self.share(p, end.time_s);
         let begun = |memory: &mut [S]| {
             memory.fill(S::zero());
-            self.with_own(p, |own| hooks.begin(own, end.displacement_mm, memory));
+            let at = MemoryStart {
+                displacement_mm: end.displacement_mm,
+                pressures_kpa: end.pressures_kpa(),
+            };
+            self.with_own(p, |own| hooks.begin(own, &at, memory));
         };
         if is_none(share) {
             return begun(memory);

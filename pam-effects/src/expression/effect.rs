@@ -4,7 +4,8 @@ use super::joint::{DT, FORCE, Instant, NETWORK, PE, PF, Row, T, V, VARIABLES, X}
 use super::memory::{Law, MOST, Memory};
 use super::sensing::{Sensors, Velocity};
 use crate::effects::{
-    ChamberLaw, Command, DataScales, Effect, EffectInfo, Hooks, Observed, Point, Rest, delayed,
+    ChamberLaw, Command, DataScales, Effect, EffectInfo, Hooks, MemoryStart, Observed, Point, Rest,
+    delayed,
 };
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
@@ -439,10 +440,11 @@ impl Effect for ExpressionEffect {
         self.motion[DRY_FRICTION_MN].is_some() && is_there
     }
 
-    fn begin<S: Scalar>(&self, p: &[S], x: S, memory: &mut [S]) {
+    fn begin<S: Scalar>(&self, p: &[S], at: &MemoryStart<S>, memory: &mut [S]) {
         if let Some(law) = self.memory_of(Moment::Motion) {
             let mut variables = [S::zero(); VARIABLES];
-            variables[X] = x;
+            variables[X] = at.displacement_mm;
+            [variables[PF], variables[PE]] = at.pressures_kpa;
             law.starts.values(&Row { variables: &variables, p, memory: &[] }, memory);
         }
     }

@@ -15,7 +15,9 @@ use super::record::ResampledRecord;
 use super::substep::{At, SealedAir, Substep};
 use super::trajectory::Diverged;
 use super::trial::LedForce;
-use crate::effects::{Air, ChamberLaw, Command, EffectScalar, Hooks, Point, Restoring, StepStart};
+use crate::effects::{
+    Air, ChamberLaw, Command, EffectScalar, Hooks, MemoryStart, Point, Restoring, StepStart,
+};
 use pam_core::SealedMasses;
 use pam_data::MassOrigin;
 
@@ -91,10 +93,6 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let start_s = record.since_start_s;
         let x = rest.start_mm + nuisances.start_mm;
         let began_at = record.before.as_ref().map_or(x, |b| S::constant(b.start_mm()));
-        let mut memory = vec![S::zero(); memory_len];
-        for part in parts {
-            part.effect.begin(part.p, began_at, &mut memory[part.memory.clone()]);
-        }
         let law = law_of(parts, start_s);
         let chambers = Chambers::new(base, law, air_changed, rest.sealed_mm);
         let mut air_g = [record.masses.flexor_g, record.masses.extensor_g].map(S::constant);
@@ -138,8 +136,9 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             v: measured.start_mm_s + nuisances.start_mm_s,
             air_g,
             driving_mn: S::zero(),
-            memory,
+            memory: vec![S::zero(); memory_len],
         };
+        joint.begin_memory(began_at);
         joint.remember_before();
         joint.driving_mn = joint.driving_at(0, 0.0);
         // What may stick later is not asked now: it may ask for the base model's force, which is asked in steps alone.
@@ -164,6 +163,18 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             self.gas = GasTable::new(&self.chambers, self.air_g, range, self.limit_mm());
         }
         self
+    }
+
+    /// The memory of a joint that rests at a displacement, mm.
+    fn begin_memory(&mut self, displacement_mm: S) {
+        if self.memory.is_empty() {
+            return;
+        }
+        let pressures_kpa = self.air().pressures_kpa(displacement_mm);
+        let at = MemoryStart { displacement_mm, pressures_kpa };
+        for part in self.parts {
+            part.effect.begin(part.p, &at, &mut self.memory[part.memory.clone()]);
+        }
     }
 
     /// Whether there is dry friction at rest at the start.
@@ -545,9 +556,7 @@ impl<F: BaseForce<f64>> JointIntegrator<'_, f64, F> {
         // Small against what the force bends within, large against rounding.
         const STEPS: [f64; 2] = [1e-3, 1e-2];
         self.x = x;
-        for part in self.parts {
-            part.effect.begin(part.p, x, &mut self.memory[part.memory.clone()]);
-        }
+        self.begin_memory(x);
         let step = self.whole_step(self.record.since_start_s, [0.0; 3]);
         let force = self.force;
         let air = force.sealed(self.air_g);

@@ -253,6 +253,40 @@ fn expressions_are_the_equations_that_they_say() {
     }
 }
 
+/// A spring between the pressure and a memory that begins at it and stays is one between the pressure and its first value.
+#[test]
+fn a_memory_may_begin_at_a_pressure() {
+    let text = r#"
+[[effect]]
+id = "from_the_start"
+description = "force that follows the change of a pressure"
+parameters.c_n_kpa = { range = [0, 10], absent = 0 }
+memory.first_kpa = { start = "pf + pe", rate = "0" }
+acts.force_n = "-c_n_kpa * (pf + pe - first_kpa)"
+
+[[effect]]
+id = "from_a_number"
+description = "the same with the number"
+parameters.c_n_kpa = { range = [0, 10], absent = 0 }
+parameters.first_kpa = { range = [0, 2000] }
+acts.force_n = "-c_n_kpa * (pf + pe - first_kpa)"
+"#;
+    let effects = expression::parse(text).expect("definitions");
+    let model = weights();
+    let trial = Trial::new(&model, &exact_run(&model, [30.0, 60.0], 0.06));
+    let with_memory = run(&trial, effects[0], &[2.0]);
+    let first_kpa = with_memory.channels[2][0] + with_memory.channels[3][0];
+    let with_number = run(&trial, effects[1], &[2.0, first_kpa]);
+    let distance = |a: &Trajectory<f64>, b: &Trajectory<f64>| {
+        let rows = a.channels[0].iter().zip(&b.channels[0]);
+        rows.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let off = distance(&with_memory, &with_number);
+    assert!(off < 1e-6, "{off:e}");
+    let plain = run(&trial, effects[0], &[0.0]);
+    assert!(distance(&with_memory, &plain) > 1e-3, "the force is felt");
+}
+
 #[test]
 fn faults_of_a_file_are_named_with_line_and_column() {
     let file = |acts: &str| {
@@ -271,6 +305,11 @@ fn faults_of_a_file_are_named_with_line_and_column() {
         ("acts.inertia_kg = \"gain_n * x\"", "line 5, column 29", "the parameters alone"),
         ("acts.force_n = \"min(gain_n)\"", "line 5, column 17", "at least 2 arguments"),
         ("acts.force_n = \"\"\"\ngain_n *\n  y\"\"\"", "line 7, column 3", "no name `y`"),
+        (
+            "memory.q = { start = \"v\", rate = \"q\" }\nacts.force_n = \"q\"",
+            "line 5, column 23",
+            "`v` is not known at the beginning; there are x, pf, pe",
+        ),
         (
             "memory.q = { start = \"x\" }\nacts.force_n = \"q\"",
             "line 5, column 8",

@@ -80,6 +80,9 @@ const MOST_MEMORIES: usize = 16;
 /// Most operations and operands of an expression in which the named parts are written out. Parts of parts grow
 /// exponentially: a file of a few lines would take any time and memory.
 const MOST_WRITTEN_OUT: usize = 4000;
+/// Variables of the joint where a memory in the balance of forces begins.
+const KNOWN_AT_START: [&str; 3] = ["x", "pf", "pe"];
+
 /// Most starting values of a fit: the product over the parameters and switches.
 const MOST_STARTS: usize = 24;
 
@@ -213,8 +216,14 @@ impl Reader<'_> {
             Position::Let => None,
             Position::At(moment) => self.language.refuses(k, moment, false),
             Position::Step(moment) => self.language.refuses(k, moment, true),
-            Position::Start(Moment::Motion) if effect.names[k] != "x" => {
-                Some(format!("`{}` is not known at the beginning; there is x", effect.names[k]))
+            Position::Start(Moment::Motion)
+                if !KNOWN_AT_START.contains(&effect.names[k].as_str()) =>
+            {
+                Some(format!(
+                    "`{}` is not known at the beginning; there are {}",
+                    effect.names[k],
+                    KNOWN_AT_START.join(", ")
+                ))
             }
             Position::Start(moment) => self.language.refuses(k, moment, false),
         };

@@ -301,6 +301,7 @@ pub fn run_law(
     let own: Vec<&str> = outcome.variables.iter().map(String::as_str).collect();
     let mut with_velocity = law.variables.to_vec();
     with_velocity.push("v");
+    with_velocity.sort_unstable();
     let friction = law.definition.contains("dry_friction_n");
     outcome.right = (own == law.variables
         || (!law.or.is_empty() && own == law.or)

@@ -1,6 +1,6 @@
 //! Slow viscoelastic relaxation.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Point, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, MemoryStart, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -33,8 +33,8 @@ impl Effect for Creep {
         1
     }
 
-    fn begin<S: Scalar>(&self, _p: &[S], x: S, memory: &mut [S]) {
-        memory[0] = x;
+    fn begin<S: Scalar>(&self, _p: &[S], at: &MemoryStart<S>, memory: &mut [S]) {
+        memory[0] = at.displacement_mm;
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
