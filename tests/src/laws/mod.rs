@@ -11,6 +11,7 @@ mod outside;
 mod seventh_outside;
 mod shared;
 mod sixth_outside;
+mod tenth_outside;
 
 pub use developed::{laws, unseen};
 pub use eighth_outside::eighth_outside;
@@ -21,6 +22,7 @@ pub use ninth_outside::ninth_outside;
 pub use outside::{outside, second_outside, third_outside};
 pub use seventh_outside::seventh_outside;
 pub use sixth_outside::sixth_outside;
+pub use tenth_outside::tenth_outside;
 
 use crate::diagnose::subject;
 use crate::plant::{Excitation, Experiment, Hidden, Plant, Sensors};

@@ -216,6 +216,10 @@ pub(super) struct Laws {
     polished_surface: [f64; 2],
     /// Air into the flexor `−c (P_f − z)` with `ż = (P_f − z)/τ`, a side volume behind a narrow port: g/(s kPa), s.
     side_volume: [f64; 2],
+    /// Dry friction `a / (1 + z)` with `ż = (|v|/w − z)/τ`, a grease that motion warms: mN, mm/s, s.
+    warm_grease: [f64; 3],
+    /// `−a z` with `ż = (v − |v| z)/d`, bristles that bend before they slide (Dahl 1968): mN, mm.
+    bristles: [f64; 2],
 }
 
 /// What the laws remember.
@@ -267,6 +271,10 @@ pub(super) struct Kept {
     polished_mm: f64,
     /// Pressure in the side volume of the flexor, kPa absolute.
     side_kpa: f64,
+    /// Heat of a grease, the low-passed speed over that which halves its friction.
+    grease_heat: f64,
+    /// Bend of the bristles, −1 to 1.
+    bent: f64,
 }
 
 impl Kept {
@@ -414,6 +422,8 @@ impl Laws {
             "magnet_fade" => self.magnet_fade += v("per_s"),
             "polished_surface" => self.polished_surface = [1e3 * v("n"), v("path_mm")],
             "side_volume" => self.side_volume = [v("g_s_kpa"), v("tau_s")],
+            "warm_grease" => self.warm_grease = [1e3 * v("n"), v("mm_s"), v("tau_s")],
+            "bristle_friction" => self.bristles = [1e3 * v("n"), v("bend_mm")],
             _ => return false,
         }
         true
@@ -462,7 +472,8 @@ impl Laws {
             - self.core_loss * motor_mn * v.abs()
             - self.bladder_bulge * gauge[0] * x * x.abs()
             - self.braid_damping * (kpa[0] + kpa[1]) * v
-            - self.magnet_fade * t.max(0.0) * motor_mn;
+            - self.magnet_fade * t.max(0.0) * motor_mn
+            - self.bristles[0] * kept.bent;
         if t >= 0.0 {
             let [force, frequency, phase] = self.fan;
             total += force * (TAU * frequency * t + phase).sin();
@@ -543,7 +554,8 @@ impl Laws {
             + self.gear_friction * now.motor_mn.abs()
             + self.tilt_friction * (gauge[0] - gauge[1]).abs()
             + self.settled_braid[0] * kept.unsettled_mm.abs()
-            + self.worn_guide * now.x * now.x;
+            + self.worn_guide * now.x * now.x
+            + self.warm_grease[0] / (1.0 + kept.grease_heat);
         if let [force, width] = self.seal_ridge
             && force != 0.0
         {
@@ -610,6 +622,18 @@ impl Laws {
         let [_, shear_mm, rest_s] = self.thixotropy;
         let [_, _, bond_s] = self.payne_bushing;
         let [_, _, film_s] = self.seal_warmup;
+        let [_, warm_mm_s, warm_s] = self.warm_grease;
+        let grease_heat = if warm_mm_s > 0.0 {
+            low_passed(kept.grease_heat, v.abs() / warm_mm_s, warm_s)
+        } else {
+            kept.grease_heat
+        };
+        let [_, bend_mm] = self.bristles;
+        let bent = if bend_mm > 0.0 {
+            kept.bent + (v.signum() - kept.bent) * (1.0 - (-v.abs() * dt / bend_mm).exp())
+        } else {
+            kept.bent
+        };
         let broken = if shear_mm > 0.0 && rest_s > 0.0 {
             let breaking = v.abs() / shear_mm;
             let rate = breaking + 1.0 / rest_s;
@@ -649,6 +673,8 @@ impl Laws {
             filmed_mm_s: low_passed(kept.filmed_mm_s, v.abs(), film_s),
             polished_mm: kept.polished_mm + v.abs() * dt,
             side_kpa: low_passed(kept.side_kpa, kpa[0], self.side_volume[1]),
+            grease_heat,
+            bent,
         }
     }
 
