@@ -53,6 +53,8 @@ enum List {
     EighthOutside,
     /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1201 on.
     NinthOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1401 on.
+    EleventhOutside,
 }
 
 impl List {
@@ -72,6 +74,7 @@ impl List {
             Self::SeventhOutside => (laws::seventh_outside(), 1001),
             Self::EighthOutside => (laws::eighth_outside(), 1101),
             Self::NinthOutside => (laws::ninth_outside(), 1201),
+            Self::EleventhOutside => (laws::eleventh_outside(), 1401),
         }
     }
 
@@ -93,6 +96,7 @@ impl List {
             Self::SeventhOutside => "without knowledge of the search or of the earlier lists",
             Self::EighthOutside => "without knowledge of the search or of the earlier lists",
             Self::NinthOutside => "without knowledge of the search or of the earlier lists",
+            Self::EleventhOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
@@ -100,7 +104,11 @@ impl List {
     fn is_plausible(self) -> bool {
         matches!(
             self,
-            Self::SixthOutside | Self::SeventhOutside | Self::EighthOutside | Self::NinthOutside
+            Self::SixthOutside
+                | Self::SeventhOutside
+                | Self::EighthOutside
+                | Self::NinthOutside
+                | Self::EleventhOutside
         )
     }
 
@@ -117,6 +125,7 @@ impl List {
                 | Self::SeventhOutside
                 | Self::EighthOutside
                 | Self::NinthOutside
+                | Self::EleventhOutside
         )
     }
 }

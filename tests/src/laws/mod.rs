@@ -3,6 +3,7 @@
 
 mod developed;
 mod eighth_outside;
+mod eleventh_outside;
 mod fifth_outside;
 mod fourth_outside;
 mod later;
@@ -14,6 +15,7 @@ mod sixth_outside;
 
 pub use developed::{laws, unseen};
 pub use eighth_outside::eighth_outside;
+pub use eleventh_outside::eleventh_outside;
 pub use fifth_outside::fifth_outside;
 pub use fourth_outside::fourth_outside;
 pub use later::{fresh, last};
