@@ -55,6 +55,8 @@ enum List {
     NinthOutside,
     /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1301 on.
     TenthOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1401 on.
+    EleventhOutside,
 }
 
 impl List {
@@ -75,6 +77,7 @@ impl List {
             Self::EighthOutside => (laws::eighth_outside(), 1101),
             Self::NinthOutside => (laws::ninth_outside(), 1201),
             Self::TenthOutside => (laws::tenth_outside(), 1301),
+            Self::EleventhOutside => (laws::eleventh_outside(), 1401),
         }
     }
 
@@ -97,6 +100,7 @@ impl List {
             Self::EighthOutside => "without knowledge of the search or of the earlier lists",
             Self::NinthOutside => "without knowledge of the search or of the earlier lists",
             Self::TenthOutside => "without knowledge of the search or of the earlier lists",
+            Self::EleventhOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
@@ -109,6 +113,7 @@ impl List {
                 | Self::EighthOutside
                 | Self::NinthOutside
                 | Self::TenthOutside
+                | Self::EleventhOutside
         )
     }
 
@@ -126,6 +131,7 @@ impl List {
                 | Self::EighthOutside
                 | Self::NinthOutside
                 | Self::TenthOutside
+                | Self::EleventhOutside
         )
     }
 }

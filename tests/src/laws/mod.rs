@@ -3,6 +3,7 @@
 
 mod developed;
 mod eighth_outside;
+mod eleventh_outside;
 mod fifth_outside;
 mod fourth_outside;
 mod later;
@@ -15,6 +16,7 @@ mod tenth_outside;
 
 pub use developed::{laws, unseen};
 pub use eighth_outside::eighth_outside;
+pub use eleventh_outside::eleventh_outside;
 pub use fifth_outside::fifth_outside;
 pub use fourth_outside::fourth_outside;
 pub use later::{fresh, last};

@@ -1,6 +1,9 @@
 //! Laws that were written without knowledge of the search, and chosen before any of the earlier lists was seen.
 
-use super::shared::{cross_leak, cubic_spring, edge_friction, force_in_reading, pressure_damping};
+use super::shared::{
+    cross_leak, cubic_spring, edge_friction, force_in_reading, pressure_damping, quadratic_drag,
+    side_volume,
+};
 use super::{HiddenLaw, law};
 
 /// Ten laws that were written without knowledge of the search or of the earlier lists, two of them with memory, at other pressures.
@@ -11,12 +14,7 @@ use super::{HiddenLaw, law};
 pub fn ninth_outside() -> Vec<HiddenLaw> {
     let mut all = vec![
         cubic_spring(3.0, 100.0, 2.0),
-        law(
-            "quadratic_drag",
-            &[("n_s2_mm2", 0.1)],
-            "parameters.c = { range = [0, 10], absent = 0, start = [0.07] }\nacts.force_n = \"-c * v * abs(v)\"",
-            &["v"],
-        ),
+        quadratic_drag(0.1, 0.07),
         pressure_damping(1.5e-3, 1e-3),
         law(
             "amplifier_drift",
@@ -41,16 +39,7 @@ pub fn ninth_outside() -> Vec<HiddenLaw> {
             )
         },
         cross_leak(4e-7, 3e-7),
-        // A memory cannot begin at a pressure: for ten milliseconds it catches up with the one at rest and nothing flows.
-        HiddenLaw {
-            remembers: true,
-            ..law(
-                "side_volume",
-                &[("g_s_kpa", 2e-4), ("tau_s", 0.4)],
-                "parameters.c = { range = [0, 1], absent = 0, start = [1.4e-4] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [0.25, 0.6] }\nmemory.z = { start = \"400\", rate = \"(pf - z) / if(t < 0.01, 1e-3, tau_s)\" }\nacts.air_flexor_g_s = \"-c * (pf - z) * (t >= 0.01)\"",
-                &["pf"],
-            )
-        },
+        side_volume([2e-4, 0.4], 1.4e-4, [0.25, 0.6]),
         force_in_reading("frame_give", 5e-4, 3.5e-4),
     ];
     all.iter_mut().for_each(|law| law.psi = CONDITIONS);

@@ -10,6 +10,14 @@ pub(super) fn cubic_spring(n_mm3: f64, largest: f64, start: f64) -> HiddenLaw {
     law("cubic_spring", &[("n_mm3", n_mm3)], definition, &["x"])
 }
 
+/// `F = −c v |v|`.
+pub(super) fn quadratic_drag(n_s2_mm2: f64, start: f64) -> HiddenLaw {
+    let definition = format!(
+        "parameters.c = {{ range = [0, 10], absent = 0, start = [{start:?}] }}\nacts.force_n = \"-c * v * abs(v)\""
+    );
+    law("quadratic_drag", &[("n_s2_mm2", n_s2_mm2)], definition, &["v"])
+}
+
 /// `F = −k max(x − x₀, 0)`.
 pub(super) fn soft_stop([n_mm, from_mm]: [f64; 2], start: f64, starts_mm: [f64; 2]) -> HiddenLaw {
     let definition = format!(
@@ -67,6 +75,17 @@ pub(super) fn cross_leak(g_s_kpa: f64, start: f64) -> HiddenLaw {
         "parameters.c = {{ range = [0, 1e-3], absent = 0, start = [{start:?}] }}\nlet.flow = \"c * (pf - pe)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\""
     );
     law("cross_leak", &[("g_s_kpa", g_s_kpa)], definition, &["pe", "pf"])
+}
+
+/// Air into the flexor `−c (P_f − z)` with `ż = (P_f − z)/τ`.
+///
+/// A memory cannot begin at a pressure: for ten milliseconds it catches up with the one at rest and nothing flows.
+pub(super) fn side_volume([g_s_kpa, tau_s]: [f64; 2], start: f64, starts_s: [f64; 2]) -> HiddenLaw {
+    let definition = format!(
+        "parameters.c = {{ range = [0, 1], absent = 0, start = [{start:?}] }}\nparameters.tau_s = {{ range = [0.01, 100], log = true, start = {starts_s:?} }}\nmemory.z = {{ start = \"400\", rate = \"(pf - z) / if(t < 0.01, 1e-3, tau_s)\" }}\nacts.air_flexor_g_s = \"-c * (pf - z) * (t >= 0.01)\""
+    );
+    let values = [("g_s_kpa", g_s_kpa), ("tau_s", tau_s)];
+    HiddenLaw { remembers: true, ..law("side_volume", &values, definition, &["pf"]) }
 }
 
 /// Reading of the displacement `x + c F_drive`.

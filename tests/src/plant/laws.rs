@@ -220,6 +220,14 @@ pub(super) struct Laws {
     warm_grease: [f64; 3],
     /// `−a z` with `ż = (v − |v| z)/d`, bristles that bend before they slide (Dahl 1968): mN, mm.
     bristles: [f64; 2],
+    /// Dry friction `c max(−x, 0)`, a rail that is bent at one end: mN/mm.
+    rail_pinch: f64,
+    /// Dry friction `a (1 − z)` with `ż = |v| (1 − z)/d − z/τ`, contacts that strengthen at rest and are renewed by slip: mN, mm, s.
+    contact_ageing: [f64; 3],
+    /// Air out of the flexor `c (P_f − P_atm) max(x, 0)`, a crack of the bladder that opens as the muscle bulges: g/(s mm kPa).
+    bladder_crack: f64,
+    /// The reading of P_e has `a (1 − exp(−t/τ))` from the beginning of the excitation on: kPa, s.
+    sensor_warmup: [f64; 2],
 }
 
 /// What the laws remember.
@@ -275,6 +283,8 @@ pub(super) struct Kept {
     grease_heat: f64,
     /// Bend of the bristles, −1 to 1.
     bent: f64,
+    /// Share of the contacts that slip has renewed.
+    renewed: f64,
 }
 
 impl Kept {
@@ -424,6 +434,12 @@ impl Laws {
             "side_volume" => self.side_volume = [v("g_s_kpa"), v("tau_s")],
             "warm_grease" => self.warm_grease = [1e3 * v("n"), v("mm_s"), v("tau_s")],
             "bristle_friction" => self.bristles = [1e3 * v("n"), v("bend_mm")],
+            "rail_pinch" => self.rail_pinch += 1e3 * v("n_mm"),
+            "contact_ageing" => {
+                self.contact_ageing = [1e3 * v("n"), v("slip_mm"), v("tau_s")];
+            }
+            "bladder_crack" => self.bladder_crack += v("g_s_mm_kpa"),
+            "sensor_warmup" => self.sensor_warmup = [v("kpa"), v("tau_s")],
             _ => return false,
         }
         true
@@ -555,7 +571,9 @@ impl Laws {
             + self.tilt_friction * (gauge[0] - gauge[1]).abs()
             + self.settled_braid[0] * kept.unsettled_mm.abs()
             + self.worn_guide * now.x * now.x
-            + self.warm_grease[0] / (1.0 + kept.grease_heat);
+            + self.warm_grease[0] / (1.0 + kept.grease_heat)
+            + self.rail_pinch * (-now.x).max(0.0)
+            + self.contact_ageing[0] * (1.0 - kept.renewed);
         if let [force, width] = self.seal_ridge
             && force != 0.0
         {
@@ -619,7 +637,6 @@ impl Laws {
         } else {
             kept.orifice_mm
         };
-        let [_, shear_mm, rest_s] = self.thixotropy;
         let [_, _, bond_s] = self.payne_bushing;
         let [_, _, film_s] = self.seal_warmup;
         let [_, warm_mm_s, warm_s] = self.warm_grease;
@@ -634,12 +651,15 @@ impl Laws {
         } else {
             kept.bent
         };
-        let broken = if shear_mm > 0.0 && rest_s > 0.0 {
-            let breaking = v.abs() / shear_mm;
-            let rate = breaking + 1.0 / rest_s;
-            kept.broken + (breaking / rate - kept.broken) * (1.0 - (-rate * dt).exp())
-        } else {
-            kept.broken
+        // A share that slip breaks down and rest builds up again.
+        let broken = |old: f64, [_, path_mm, rest_s]: [f64; 3]| {
+            if path_mm > 0.0 && rest_s > 0.0 {
+                let breaking = v.abs() / path_mm;
+                let rate = breaking + 1.0 / rest_s;
+                old + (breaking / rate - old) * (1.0 - (-rate * dt).exp())
+            } else {
+                old
+            }
         };
         Kept {
             path_mn: low_passed(kept.path_mn, motor_mn, self.second_path[1]),
@@ -663,7 +683,7 @@ impl Laws {
                 (1e-3 * motor_mn).powi(2),
                 self.warming_encoder[1],
             ),
-            broken,
+            broken: broken(kept.broken, self.thixotropy),
             rubbed_mm_s: low_passed(kept.rubbed_mm_s, v.abs(), self.friction_heat[1]),
             orifice_mm,
             unsettled_mm: low_passed(kept.unsettled_mm, settling_s * v, settling_s),
@@ -675,6 +695,7 @@ impl Laws {
             side_kpa: low_passed(kept.side_kpa, kpa[0], self.side_volume[1]),
             grease_heat,
             bent,
+            renewed: broken(kept.renewed, self.contact_ageing),
         }
     }
 
@@ -682,7 +703,9 @@ impl Laws {
     pub(super) fn inflow_g_s(&self, now: Moment, kept: Kept) -> [f64; 2] {
         let Moment { x, v, t, kpa, motor_mn } = now;
         let over_air = kpa[0] - ATMOSPHERE_KPA;
-        let lost = self.moving_leak * over_air * v.abs() + self.square_leak * over_air.powi(2);
+        let lost = self.moving_leak * over_air * v.abs()
+            + self.square_leak * over_air.powi(2)
+            + self.bladder_crack * over_air * x.max(0.0);
         let over = kpa[0] - kpa[1];
         let passed = self.turbulent_crosstalk * over * over.abs()
             + self.opening_crosstalk * over * x.max(0.0)
@@ -716,6 +739,9 @@ impl Laws {
         let [pinched, from_mn] = self.pinched_gauge;
         let [amplitude, frequency] = self.sampling_beat;
         let beat = if t >= 0.0 { amplitude * (TAU * frequency * t).sin() } else { 0.0 };
+        let [risen, warmup_s] = self.sensor_warmup;
+        let warmed =
+            if risen == 0.0 { 0.0 } else { risen * (1.0 - (-t.max(0.0) / warmup_s).exp()) };
         [
             kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2)
                 - self.supply_sag * motor_mn.abs()
@@ -726,7 +752,8 @@ impl Laws {
                 - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0)
                 + pinched * (motor_mn - from_mn).max(0.0)
                 + beat
-                + self.cable_pickup * motor_mn,
+                + self.cable_pickup * motor_mn
+                + warmed,
         ]
     }
 
