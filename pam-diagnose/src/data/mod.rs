@@ -7,5 +7,6 @@
 mod roles;
 mod split;
 
+pub(crate) use roles::range;
 pub use roles::{OpenPart, Roles, Span, TestData, TestSource, ValidationData};
 pub use split::Split;

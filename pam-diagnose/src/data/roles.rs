@@ -110,8 +110,8 @@ pub struct Span {
     pub name: String,
     /// Time from its first to its last sample, s.
     pub duration_s: f64,
-    /// Conditions that are constant within it, such as the sealed pressures, in one unit: as many for each experiment, or none.
-    pub conditions: Vec<f64>,
+    /// Lowest and highest value of each variable: as many for each experiment, or none.
+    pub ranges: Vec<[f64; 2]>,
 }
 
 /// An experiment up to the end of its open part: the rows that may train, validate, and set a noise level or a scale.
@@ -144,7 +144,7 @@ pub struct Roles {
 }
 
 impl Roles {
-    /// Assigns roles to experiments. Test and validation experiments are those without which the ranges of the conditions narrow
+    /// Assigns roles to experiments. Test and validation experiments are those without which the ranges of the variables narrow
     /// least; among equals [`DataSettings::split_seed`] draws.
     ///
     /// # Errors
@@ -346,7 +346,7 @@ fn ends(all: &[Span], share: f64) -> Vec<(String, [f64; 2])> {
 }
 
 /// Takes a share of the experiments out, at least one, both lists in their order: one after the other, of those without which the
-/// ranges of the conditions narrow least. What is fitted then interpolates between the conditions that it knows.
+/// ranges of the variables narrow least. What is fitted need not extrapolate.
 fn keep(all: &[Span], open: &mut Vec<usize>, share: f64, random: &mut ChaCha8Rng) -> Vec<usize> {
     let count = ((share * open.len() as f64).round() as usize).clamp(1, open.len() - 1);
     open.shuffle(random);
@@ -361,23 +361,25 @@ fn keep(all: &[Span], open: &mut Vec<usize>, share: f64, random: &mut ChaCha8Rng
     kept
 }
 
-/// Range of a condition, relative to the largest value of any, below which experiments have the same one.
-const SAME_CONDITION: f64 = 0.02;
+/// Lowest and highest of some values.
+pub(crate) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+}
 
-/// By how much the ranges of the conditions narrow without one of the experiments, as shares of them, summed up.
+/// Share of its range by which a variable narrows without an experiment that is like the others.
+const SAME_RANGE: f64 = 0.05;
+
+/// By how much the ranges of the variables narrow without one of the experiments, as shares of them, summed up.
 fn range_lost(all: &[Span], open: &[usize], without: usize) -> f64 {
-    let conditions = |k: usize| &all[open[k]].conditions;
-    let size = (0..open.len()).flat_map(conditions).fold(0.0, |size: f64, v| size.max(v.abs()));
-    let range = |c: usize, counts: &dyn Fn(usize) -> bool| {
-        let own = (0..open.len()).filter(|k| counts(*k)).map(|k| conditions(k)[c]);
-        let [low, high] =
-            own.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+    let width = |variable: usize, counts: &dyn Fn(usize) -> bool| {
+        let own = (0..open.len()).filter(|k| counts(*k)).map(|k| all[open[k]].ranges[variable]);
+        let [low, high] = range(own.flatten());
         (high - low).max(0.0)
     };
-    let lost = |c: usize| {
-        let whole = range(c, &|_| true);
-        let differs = whole > SAME_CONDITION * size;
-        if differs { 1.0 - range(c, &|k| k != without) / whole } else { 0.0 }
+    let lost = |variable: usize| {
+        let whole = width(variable, &|_| true);
+        let share = 1.0 - width(variable, &|k| k != without) / whole;
+        if share > SAME_RANGE { share } else { 0.0 }
     };
-    (0..conditions(without).len()).map(lost).sum()
+    (0..all[open[without]].ranges.len()).map(lost).sum()
 }

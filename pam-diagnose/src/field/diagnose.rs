@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::options::{FieldNoise, FieldOptions};
 use super::system::FieldSystem;
-use crate::data::{OpenPart, Roles, Span, TestSource};
+use crate::data::{OpenPart, Roles, Span, TestSource, range};
 use crate::diagnosis::{self, Baseline, Diagnosis, Prepared};
 use crate::error::DiagnoseError;
 use crate::noise::{NoisePrior, noise_deviation};
@@ -187,6 +187,13 @@ fn duration_s<I>(e: &Experiment<I>) -> f64 {
     e.times_s[e.times_s.len() - 1] - e.times_s[0]
 }
 
+/// Ranges of the measured outputs.
+fn ranges<I>(e: &Experiment<I>) -> Vec<[f64; 2]> {
+    let outputs = e.measured.len() / e.times_s.len();
+    let of = |output: usize| range(e.measured.iter().skip(output).step_by(outputs).copied());
+    (0..outputs).map(of).collect()
+}
+
 fn roles_of<I>(
     experiments: &[&Experiment<I>],
     source: TestSource,
@@ -195,7 +202,7 @@ fn roles_of<I>(
     let span = |e: &&Experiment<I>| Span {
         name: e.name.clone(),
         duration_s: duration_s(e),
-        conditions: Vec::new(),
+        ranges: ranges(e),
     };
     let spans: Vec<Span> = experiments.iter().map(span).collect();
     Roles::assign(&spans, source, &settings.data)

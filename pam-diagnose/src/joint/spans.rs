@@ -1,18 +1,28 @@
-//! Names and durations of recordings, and their roles.
+//! Names, durations and ranges of recordings, and their roles.
 
 use super::diagnose::{DiagnoseOptions, RecordingSets};
-use crate::data::{Roles, Span, TestSource};
+use crate::data::{Roles, Span, TestSource, range};
 use crate::error::DiagnoseError;
 use pam_effects::simulation::Trial;
 
-/// Their conditions are the sealed pressures, the sum and the difference of both.
+/// Their variables are displacement, velocity, the pressures with their sum and difference, and the force of the drive.
 pub(super) fn spans(trials: &[&Trial]) -> Vec<Span> {
     let span = |t: &&Trial| {
-        let [flexor, extensor] = t.record.rest.sealed_kpa;
+        let record = &t.record;
+        let [x, v, flexor, extensor] = &record.measured;
+        let both = || flexor.iter().zip(extensor);
         Span {
-            name: t.record.source.name.clone(),
-            duration_s: t.record.duration_s(),
-            conditions: vec![flexor, extensor, flexor + extensor, flexor - extensor],
+            name: record.source.name.clone(),
+            duration_s: record.duration_s(),
+            ranges: vec![
+                range(x.iter().copied()),
+                range(v.iter().copied()),
+                range(flexor.iter().copied()),
+                range(extensor.iter().copied()),
+                range(both().map(|(f, e)| f + e)),
+                range(both().map(|(f, e)| f - e)),
+                range((0..record.points()).map(|k| record.force_mn(k))),
+            ],
         }
     };
     trials.iter().map(span).collect()

@@ -54,16 +54,25 @@ pub(crate) fn learn(
     done(0.8);
     // What remembers or repeats may be all that there is: then no smooth terms tell where it acts. What remembers at one place may
     // imitate what remembers at another one.
-    let others = alone.iter().filter(|(k, _)| *k != family);
-    let starts: Vec<(usize, Learned)> =
-        [(family, best.clone())].into_iter().chain(others.cloned()).collect();
-    let any_learned = best.is_learned(ground);
+    let others = families.iter().filter(|k| **k != family);
+    let mut tried: Vec<usize> = vec![family];
+    tried.extend(others);
     let mut family = family;
-    for (own, start) in starts {
-        if best.is_enough(ground) || (any_learned && !start.is_learned(ground)) {
-            continue;
+    for own in tried {
+        if best.is_enough(ground) {
+            break;
         }
         let mut more = remembering(own, variables, places);
+        let start = if own == family {
+            best.clone()
+        } else {
+            more.extend(smooth(own, variables, places));
+            let (deviation, iterations) = (best.deviation, ground.settings.remainder.iterations);
+            match fitted(space, before, &[], deviation, None, iterations)? {
+                Some(nothing) => nothing,
+                None => break,
+            }
+        };
         more.extend(waves(own, variables, places, &start.periods_left_s(space, ground)?));
         if more.is_empty() {
             continue;

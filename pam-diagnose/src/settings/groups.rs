@@ -101,8 +101,8 @@ settings! {
         /// Share of the recordings that is kept for the test set, and of the rest for validation; of one or two
         /// recordings a share of each for validation.
         kept_share: f64 = 1.0 / 3.0, "–", [0.05, 0.9], USUAL;
-        /// Seed that draws the recordings of the test set and of validation among those without which the ranges of the sealed
-        /// pressures narrow least. `--seed` does not change them.
+        /// Seed that draws the recordings of the test set and of validation among those without which the ranges of
+        /// displacement, velocity, pressures and force narrow least. `--seed` does not change them.
         split_seed: usize = 1, "–", [0.0, 1e9], USUAL;
         /// Shortest recording of the joint.
         shortest_s: f64 = 3.0, "s", COST, STUDIES;

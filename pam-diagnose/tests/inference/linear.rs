@@ -103,7 +103,7 @@ impl Linear {
         let span = |e: usize| Span {
             name: self.names[e].clone(),
             duration_s: self.row_s * (self.points(e) - 1) as f64,
-            conditions: Vec::new(),
+            ranges: Vec::new(),
         };
         let spans: Vec<Span> = (0..self.experiments.len()).map(span).collect();
         let data = DataSettings { split_seed: seed as usize, ..settings.data };

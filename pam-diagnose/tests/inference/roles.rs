@@ -99,16 +99,16 @@ fn roles_are_disjoint_and_cover_the_recordings() {
     }
 }
 
-/// Recordings at the ends of the ranges of the sealed pressures train, whatever the seed is; among equals the seed draws.
+/// Recordings at the ends of the ranges of the pressures train, whatever the seed is; among equals the seed draws.
 #[test]
-fn the_test_set_lies_between_the_other_conditions() {
-    let tested = |conditions: &[[f64; 2]], split_seed: usize| {
+fn the_test_set_lies_between_the_other_recordings() {
+    let tested = |pressures: &[[f64; 2]], split_seed: usize| {
         let span = |c: &[f64; 2]| Span {
             name: format!("{c:?}"),
             duration_s: 20.0,
-            conditions: vec![c[0], c[1]],
+            ranges: c.iter().map(|p| [p - 20.0, p + 20.0]).collect(),
         };
-        let spans: Vec<Span> = conditions.iter().map(span).collect();
+        let spans: Vec<Span> = pressures.iter().map(span).collect();
         let data = DataSettings { split_seed, ..DiagnosisSettings::default().data };
         let roles = Roles::assign(&spans, TestSource::Kept, &data).expect("long enough");
         match roles.test_data {
@@ -122,7 +122,7 @@ fn the_test_set_lies_between_the_other_conditions() {
         let given = order.map(|k: usize| all[k]);
         assert_eq!(tested(&given, seed), ["[400.0, 410.0]"], "{order:?}, seed {seed}");
     }
-    // 1 kPa of noise is no other condition.
+    // 1 kPa of 40 is no other range.
     let equal = [[400.0, 401.0], [401.0, 400.0], [400.5, 400.0]];
     let mut drawn: Vec<String> = (0..8).flat_map(|seed| tested(&equal, seed)).collect();
     drawn.sort();
@@ -199,7 +199,7 @@ fn noise_is_estimated_from_the_data_alone() {
 #[test]
 fn the_shortest_length_counts_samples() {
     let assign = |duration_s: f64| {
-        let spans = [Span { name: "run".into(), duration_s, conditions: Vec::new() }];
+        let spans = [Span { name: "run".into(), duration_s, ranges: Vec::new() }];
         Roles::assign(&spans, TestSource::Kept, &DiagnosisSettings::default().data)
     };
     assert!(assign(2.999).is_ok());
