@@ -31,6 +31,8 @@ pub(super) struct Final<'s> {
     base: Fit,
     /// The named causes with the correction.
     corrected: Fit,
+    /// Of [`RemainderSettings`](crate::settings::RemainderSettings).
+    clear_evidence: f64,
     seed: u64,
 }
 
@@ -57,7 +59,11 @@ impl Final<'_> {
     fn is_confirmed(&self, to: &Fit, reduction: &ErrorReduction) -> bool {
         !self.has_test()
             || (reduction.overall.ci95[0] > 0.0
-                && self.test.is_reduced(&self.base.hypothesis, &to.hypothesis))
+                && self.test.confirms_by(
+                    &self.base.hypothesis,
+                    &to.hypothesis,
+                    self.clear_evidence,
+                ))
     }
 
     /// The drop of a χ² by a fit relative to that by the correction; 1 where the correction does not lower it.
@@ -180,7 +186,8 @@ pub(super) fn ended(
         };
         let corrected = open.fit(about.fit.clone(), settings.remainder.iterations)?;
         let test = ground.roles.test(system, &ground.noise, settings).opened(&base.hypothesis)?;
-        let last = Final { test, plain, base, corrected, seed: ground.seed };
+        let clear_evidence = settings.remainder.clear_evidence;
+        let last = Final { test, plain, base, corrected, clear_evidence, seed: ground.seed };
         // A law that diverges on the open rows is none.
         let at = ground.listed + corrections.len();
         let fit = law.and_then(|l| l.fitted_to(open, at, iterations).ok());

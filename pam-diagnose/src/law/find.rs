@@ -248,7 +248,9 @@ fn confirmed_as_learned(
         // The comparison fits the nuisances of both to the test rows.
         let with =
             |members: &[Member]| Hypothesis { members: members.to_vec(), ..test.problem().base() };
-        Ok(test.is_reduced(&with(&ground.named), &with(&learned.hypothesis.members)))
+        let [before, after] =
+            [&ground.named, &learned.hypothesis.members].map(|members| with(members));
+        Ok(test.confirms_by(&before, &after, ground.settings.remainder.clear_evidence))
     })
 }
 

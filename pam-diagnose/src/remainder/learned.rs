@@ -33,9 +33,6 @@ pub(crate) struct Learned {
     pub(super) rows_per_observation: f64,
 }
 
-/// Drop of the validation cost that is no chance: odds of ten nats.
-const EVIDENCE: f64 = 20.0;
-
 impl Learned {
     /// The definitions of its terms.
     pub(crate) fn definitions(&self, space: &dyn TermSpace) -> Vec<Definition> {
@@ -70,7 +67,7 @@ impl Learned {
         let settings = &ground.settings.remainder;
         let (drop, probability) = (&self.drop, settings.learned_probability);
         drop.share > settings.learned_share
-            && (drop.p_value < probability || self.evidence > EVIDENCE)
+            && (drop.p_value < probability || self.evidence > settings.clear_evidence)
     }
 
     /// The periods of what it repeats in time, s.

@@ -467,6 +467,9 @@ settings! {
         learned_share: f64 = 0.1, "–", SHARE, STUDIES;
         /// Probability by chance of the share that it removes, over blocks of time, below which it is learned.
         learned_probability: f64 = 0.01, "–", SHARE, USUAL;
+        /// Drop of minus two times the logarithm of the posterior probability on the validation or the test data that shows that the
+        /// error is smaller, wherever it is.
+        clear_evidence: f64 = 20.0, "–", COST, USUAL;
         /// Share of the squared error of the validation data from which a correction needs no memory and no further place.
         enough_share: f64 = 0.99, "–", SHARE, TIME;
         /// Multiple of the first estimate of the noise below which a channel has nothing to learn.

@@ -36,6 +36,9 @@ pub(crate) struct Comparison {
     /// Drop of the prior cost of the nuisances from the first to the second: positive where those of the second are nearer to
     /// their measured values.
     pub(crate) prior_drop: f64,
+    /// Drop of minus two times the logarithm of the posterior probability. Rows over which what the second leaves is correlated count as
+    /// one observation. It does not need the error to be in many blocks, as the tests of `reduced` do.
+    pub(crate) evidence: f64,
 }
 
 impl Comparison {
@@ -126,7 +129,11 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
             let rows = (fit.errors.rows * fit.errors.sums.len()).max(1) as f64;
             fit.errors.chi_square() + prior(fit) / rows
         };
+        let correlated = problem.correlated_rows(&after.hypothesis).ok()?;
+        let cost =
+            |fit: &Fit| fit.errors.rows as f64 / correlated * fit.errors.deviance() + prior(fit);
         Some(Comparison {
+            evidence: cost(&before) - cost(&after),
             chi_squares: [chi_square(&before), chi_square(&after)],
             reduced: clear || by_blocks || agrees,
             prior_drop: taken,
@@ -138,6 +145,17 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
     #[must_use]
     pub fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
         self.compared(before, after).is_some_and(|c| c.reduced)
+    }
+
+    /// Whether `after` predicts the test rows significantly better than `before` as in [`is_reduced`](Self::is_reduced), or is more probable
+    /// on them by `evidence`, as what acts now and then is.
+    pub(crate) fn confirms_by(
+        &self,
+        before: &Hypothesis,
+        after: &Hypothesis,
+        evidence: f64,
+    ) -> bool {
+        self.compared(before, after).is_some_and(|c| c.reduced || c.evidence > evidence)
     }
 
     /// Each channel beside its noise under a hypothesis that was fitted to `open` rows; empty if the simulation fails.
