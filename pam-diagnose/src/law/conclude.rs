@@ -58,12 +58,10 @@ impl Final<'_> {
     /// Whether the test set proves that the error is smaller than with the named causes; `reduction` is that of the fit.
     fn is_confirmed(&self, to: &Fit, reduction: &ErrorReduction) -> bool {
         !self.has_test()
-            || (reduction.overall.ci95[0] > 0.0
-                && self.test.confirms_by(
-                    &self.base.hypothesis,
-                    &to.hypothesis,
-                    self.clear_evidence,
-                ))
+            || self
+                .test
+                .compared(&self.base.hypothesis, &to.hypothesis)
+                .is_some_and(|c| c.confirms_learned(&reduction.overall, self.clear_evidence))
     }
 
     /// The drop of a χ² by a fit relative to that by the correction; 1 where the correction does not lower it.

@@ -250,7 +250,9 @@ fn confirmed_as_learned(
             |members: &[Member]| Hypothesis { members: members.to_vec(), ..test.problem().base() };
         let [before, after] =
             [&ground.named, &learned.hypothesis.members].map(|members| with(members));
-        Ok(test.confirms_by(&before, &after, ground.settings.remainder.clear_evidence))
+        let compared = test.compared(&before, &after);
+        let clear = ground.settings.remainder.clear_evidence;
+        Ok(compared.is_some_and(|c| c.reduced || c.evidence > clear))
     })
 }
 

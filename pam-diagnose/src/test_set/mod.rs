@@ -53,6 +53,21 @@ impl Comparison {
     pub(crate) fn confirms(&self, reduction: &OverallReduction) -> bool {
         self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
     }
+
+    /// Whether the test data confirm a correction or a law: its error reduction is significant. What acts now and then, or less than the
+    /// errors of the measured starts and masses do, need not be significant if it is more probable by `clear_evidence`.
+    pub(crate) fn confirms_learned(
+        &self,
+        reduction: &OverallReduction,
+        clear_evidence: f64,
+    ) -> bool {
+        let is_positive = reduction.ci95[0] > 0.0;
+        if self.evidence > clear_evidence {
+            is_positive || self.prior_drop > -2.0 * TIE
+        } else {
+            is_positive && self.reduced
+        }
+    }
 }
 
 /// The test rows.
@@ -145,17 +160,6 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
     #[must_use]
     pub fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
         self.compared(before, after).is_some_and(|c| c.reduced)
-    }
-
-    /// Whether `after` predicts the test rows significantly better than `before` as in [`is_reduced`](Self::is_reduced), or is more probable
-    /// on them by `evidence`, as what acts now and then is.
-    pub(crate) fn confirms_by(
-        &self,
-        before: &Hypothesis,
-        after: &Hypothesis,
-        evidence: f64,
-    ) -> bool {
-        self.compared(before, after).is_some_and(|c| c.reduced || c.evidence > evidence)
     }
 
     /// Each channel beside its noise under a hypothesis that was fitted to `open` rows; empty if the simulation fails.

@@ -162,16 +162,17 @@ pub struct LawOutcome {
 }
 
 impl LawOutcome {
-    /// Share of what the hidden law reaches.
+    /// Share of what the hidden law reaches; none where that predicts no better than nothing, because errors of the measured starts
+    /// exceed its effect.
     #[must_use]
     pub fn reached(&self) -> Option<f64> {
-        self.reduction.map(|[own, best]| own / best)
+        self.reduction.filter(|[_, best]| *best > 0.0).map(|[own, best]| own / best)
     }
 
     /// Whether the law is found: the right variables, and at least 80 % of what the hidden law reaches.
     #[must_use]
     pub fn is_found(&self) -> bool {
-        self.right && self.reached().is_some_and(|r| r >= 0.8)
+        self.right && self.reduction.is_some_and(|[own, best]| own >= best - 0.2 * best.abs())
     }
 }
 
