@@ -1,7 +1,7 @@
 //! What a diagnosis of the joint leaves, learned.
 
 use super::diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, prepare};
-use super::pieces::{Piece, pieces};
+use super::pieces::{Piece, integrated_s, pieces};
 use super::spans::spans;
 use super::system::JointSystem;
 use super::terms::JointTerms;
@@ -103,6 +103,8 @@ pub(super) fn from_trials(
                 whole: (&space, &ground),
                 chosen: (&part, &ground.of_parts(&roles, &of)),
                 is_whole: false,
+                is_short: integrated_s(&space.trials, &space.open, substeps)
+                    <= settings.remainder.most_slow_s,
             };
             rest(&data, found.verdict, progress)?
         }

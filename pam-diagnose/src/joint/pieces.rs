@@ -57,6 +57,15 @@ pub(super) fn pieces(
     Some(all)
 }
 
+/// Time of the open parts of recordings times the number of `substeps`, s.
+pub(super) fn integrated_s(trials: &[&Trial], open: &[OpenPart], substeps: usize) -> f64 {
+    let length_s = |part: &OpenPart| {
+        let record = &trials[part.experiment].record;
+        record.step_s * record.points_within(part.end_s).saturating_sub(1) as f64
+    };
+    open.iter().map(length_s).sum::<f64>() * substeps as f64
+}
+
 /// The first points of pieces of a length that cover displacement and velocity, in ascending order.
 fn covering(motion: &[Vec<f64>], points: usize, length: usize, count: usize) -> Vec<usize> {
     let cell = |series: &[f64]| -> Vec<usize> {

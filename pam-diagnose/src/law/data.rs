@@ -13,12 +13,14 @@ pub(crate) struct Data<'a> {
     pub(crate) chosen: (&'a dyn TermSpace, &'a Ground<'a>),
     /// Whether those are all.
     pub(crate) is_whole: bool,
+    /// Whether all are few enough to learn from, where an error is slow and no piece shows it.
+    pub(crate) is_short: bool,
 }
 
 impl<'a> Data<'a> {
     /// All data, from which everything is learned.
     pub(crate) fn whole(space: &'a dyn TermSpace, ground: &'a Ground<'a>) -> Self {
-        Self { whole: (space, ground), chosen: (space, ground), is_whole: true }
+        Self { whole: (space, ground), chosen: (space, ground), is_whole: true, is_short: true }
     }
 
     /// Causes with the times that they have in all recordings.

@@ -176,7 +176,11 @@ fn rest_beside(
     };
     let (space, ground) = data.chosen;
     if !is_left(space, ground, verdict)? {
-        return Ok(none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
+        let (whole, of_whole) = data.whole;
+        if data.is_whole || !data.is_short || !is_left(whole, of_whole, verdict)? {
+            return Ok(none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
+        }
+        return rest_beside(&Data::whole(whole, of_whole), verdict, done);
     }
     let Some(learned) = learn(space, ground, &|share| done(0.3 * share))? else {
         let sentence = "No smooth correction removes a part of the error of the validation data that chance does not.";

@@ -451,6 +451,9 @@ settings! {
         most_s: f64 = 40.0, "s", POSITIVE, TIME;
         /// The same of one recording: longer motion of the same pressures repeats itself.
         most_of_one_s: f64 = 20.0, "s", POSITIVE, TIME;
+        /// Total length of all training and validation recordings, times the integration steps per step of the grid, up to which all of them
+        /// are learned from if the pieces, each with an offset of its own, show no error and the recordings do.
+        most_slow_s: f64 = 160.0, "s", COST, TIME;
         /// Length of the shortest of these pieces.
         piece_s: f64 = 6.0, "s", POSITIVE, TIME;
         /// Prior standard deviation of the offset of the first pressure samples of a piece: what remembers the time before it is
