@@ -52,27 +52,16 @@ pub(crate) fn learn(
     best = with_best_deviation(space, before, best)?;
     best = sparse(space, before, best)?;
     done(0.8);
-    // What remembers or repeats may be all that there is: then no smooth terms tell where it acts. What remembers at one place may
-    // imitate what remembers at another one.
-    let others = families.iter().filter(|k| **k != family);
-    let mut tried: Vec<usize> = vec![family];
-    tried.extend(others);
+    // What remembers or repeats may be all that there is: then no smooth terms tell where it acts.
+    let others = alone.iter().filter(|(k, _)| *k != family && !best.is_learned(ground));
+    let starts: Vec<(usize, Learned)> =
+        [(family, best.clone())].into_iter().chain(others.cloned()).collect();
     let mut family = family;
-    for own in tried {
-        if best.is_enough(ground) {
-            break;
+    for (own, start) in starts {
+        if start.is_enough(ground) {
+            continue;
         }
         let mut more = remembering(own, variables, places);
-        let start = if own == family {
-            best.clone()
-        } else {
-            more.extend(smooth(own, variables, places));
-            let (deviation, iterations) = (best.deviation, ground.settings.remainder.iterations);
-            match fitted(space, before, &[], deviation, None, iterations)? {
-                Some(nothing) => nothing,
-                None => break,
-            }
-        };
         more.extend(waves(own, variables, places, &start.periods_left_s(space, ground)?));
         if more.is_empty() {
             continue;
