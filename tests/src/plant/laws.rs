@@ -228,6 +228,10 @@ pub(super) struct Laws {
     bladder_crack: f64,
     /// The reading of P_e has `a (1 − exp(−t/τ))` from the beginning of the excitation on: kPa, s.
     sensor_warmup: [f64; 2],
+    /// Air out of the extensor `c (P_e − P_atm)`, laminar through a loose fitting: g/(s kPa).
+    gauge_leak: f64,
+    /// The reading of P_f has `c t` from the beginning of the excitation on: kPa/s.
+    pressure_drift: f64,
 }
 
 /// What the laws remember.
@@ -440,6 +444,8 @@ impl Laws {
             }
             "bladder_crack" => self.bladder_crack += v("g_s_mm_kpa"),
             "sensor_warmup" => self.sensor_warmup = [v("kpa"), v("tau_s")],
+            "gauge_leak" => self.gauge_leak += v("g_s_kpa"),
+            "pressure_drift" => self.pressure_drift += v("kpa_s"),
             _ => return false,
         }
         true
@@ -721,7 +727,11 @@ impl Laws {
         let torn = self.growing_tear * (kpa[1] - ATMOSPHERE_KPA) * t.max(0.0);
         let seeped = self.seam_leak * (kpa[1].powi(2) - ATMOSPHERE_KPA.powi(2));
         let aside = self.side_volume[0] * (kpa[0] - kept.side_kpa);
-        [-lost - passed - tilted - aside, passed - lost_by_extensor - blown_off - torn - seeped]
+        let let_out = self.gauge_leak * (kpa[1] - ATMOSPHERE_KPA);
+        [
+            -lost - passed - tilted - aside,
+            passed - lost_by_extensor - blown_off - torn - seeped - let_out,
+        ]
     }
 
     /// Deviations of the pressures from the gas law, kPa.
@@ -747,7 +757,8 @@ impl Laws {
                 - self.supply_sag * motor_mn.abs()
                 + self.tube_drop * v * v.abs()
                 + beat
-                + self.motor_pickup * motor_mn,
+                + self.motor_pickup * motor_mn
+                + self.pressure_drift * t.max(0.0),
             kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x
                 - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0)
                 + pinched * (motor_mn - from_mn).max(0.0)
