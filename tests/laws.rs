@@ -57,6 +57,8 @@ enum List {
     TenthOutside,
     /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1401 on.
     EleventhOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1601 on.
+    ThirteenthOutside,
 }
 
 impl List {
@@ -78,6 +80,7 @@ impl List {
             Self::NinthOutside => (laws::ninth_outside(), 1201),
             Self::TenthOutside => (laws::tenth_outside(), 1301),
             Self::EleventhOutside => (laws::eleventh_outside(), 1401),
+            Self::ThirteenthOutside => (laws::thirteenth_outside(), 1601),
         }
     }
 
@@ -101,6 +104,7 @@ impl List {
             Self::NinthOutside => "without knowledge of the search or of the earlier lists",
             Self::TenthOutside => "without knowledge of the search or of the earlier lists",
             Self::EleventhOutside => "without knowledge of the search or of the earlier lists",
+            Self::ThirteenthOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
@@ -114,6 +118,7 @@ impl List {
                 | Self::NinthOutside
                 | Self::TenthOutside
                 | Self::EleventhOutside
+                | Self::ThirteenthOutside
         )
     }
 
@@ -132,6 +137,7 @@ impl List {
                 | Self::NinthOutside
                 | Self::TenthOutside
                 | Self::EleventhOutside
+                | Self::ThirteenthOutside
         )
     }
 }

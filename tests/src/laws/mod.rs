@@ -13,6 +13,7 @@ mod seventh_outside;
 mod shared;
 mod sixth_outside;
 mod tenth_outside;
+mod thirteenth_outside;
 
 pub use developed::{laws, unseen};
 pub use eighth_outside::eighth_outside;
@@ -25,6 +26,7 @@ pub use outside::{outside, second_outside, third_outside};
 pub use seventh_outside::seventh_outside;
 pub use sixth_outside::sixth_outside;
 pub use tenth_outside::tenth_outside;
+pub use thirteenth_outside::thirteenth_outside;
 
 use crate::diagnose::subject;
 use crate::plant::{Excitation, Experiment, Hidden, Plant, Sensors};

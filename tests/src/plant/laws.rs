@@ -228,6 +228,8 @@ pub(super) struct Laws {
     bladder_crack: f64,
     /// The reading of P_e has `a (1 − exp(−t/τ))` from the beginning of the excitation on: kPa, s.
     sensor_warmup: [f64; 2],
+    /// The reading of P_f has `c t` from the beginning of the excitation on: kPa/s.
+    sensor_drift: f64,
 }
 
 /// What the laws remember.
@@ -440,6 +442,7 @@ impl Laws {
             }
             "bladder_crack" => self.bladder_crack += v("g_s_mm_kpa"),
             "sensor_warmup" => self.sensor_warmup = [v("kpa"), v("tau_s")],
+            "sensor_drift" => self.sensor_drift += v("kpa_s"),
             _ => return false,
         }
         true
@@ -747,7 +750,8 @@ impl Laws {
                 - self.supply_sag * motor_mn.abs()
                 + self.tube_drop * v * v.abs()
                 + beat
-                + self.motor_pickup * motor_mn,
+                + self.motor_pickup * motor_mn
+                + self.sensor_drift * t.max(0.0),
             kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x
                 - compressed * (kpa[1] - ATMOSPHERE_KPA - from_kpa).max(0.0)
                 + pinched * (motor_mn - from_mn).max(0.0)
