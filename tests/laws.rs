@@ -59,6 +59,8 @@ enum List {
     EleventhOutside,
     /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1501 on.
     TwelfthOutside,
+    /// Those that were written without knowledge of the search or of the earlier lists; seeds from 1601 on.
+    ThirteenthOutside,
 }
 
 impl List {
@@ -81,6 +83,7 @@ impl List {
             Self::TenthOutside => (laws::tenth_outside(), 1301),
             Self::EleventhOutside => (laws::eleventh_outside(), 1401),
             Self::TwelfthOutside => (laws::twelfth_outside(), 1501),
+            Self::ThirteenthOutside => (laws::thirteenth_outside(), 1601),
         }
     }
 
@@ -105,6 +108,7 @@ impl List {
             Self::TenthOutside => "without knowledge of the search or of the earlier lists",
             Self::EleventhOutside => "without knowledge of the search or of the earlier lists",
             Self::TwelfthOutside => "without knowledge of the search or of the earlier lists",
+            Self::ThirteenthOutside => "without knowledge of the search or of the earlier lists",
         }
     }
 
@@ -119,6 +123,7 @@ impl List {
                 | Self::TenthOutside
                 | Self::EleventhOutside
                 | Self::TwelfthOutside
+                | Self::ThirteenthOutside
         )
     }
 
@@ -138,6 +143,7 @@ impl List {
                 | Self::TenthOutside
                 | Self::EleventhOutside
                 | Self::TwelfthOutside
+                | Self::ThirteenthOutside
         )
     }
 }

@@ -13,6 +13,7 @@ mod seventh_outside;
 mod shared;
 mod sixth_outside;
 mod tenth_outside;
+mod thirteenth_outside;
 mod twelfth_outside;
 
 pub use developed::{laws, unseen};
@@ -26,6 +27,7 @@ pub use outside::{outside, second_outside, third_outside};
 pub use seventh_outside::seventh_outside;
 pub use sixth_outside::sixth_outside;
 pub use tenth_outside::tenth_outside;
+pub use thirteenth_outside::thirteenth_outside;
 pub use twelfth_outside::twelfth_outside;
 
 use crate::diagnose::subject;

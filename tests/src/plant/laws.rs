@@ -445,7 +445,7 @@ impl Laws {
             "bladder_crack" => self.bladder_crack += v("g_s_mm_kpa"),
             "sensor_warmup" => self.sensor_warmup = [v("kpa"), v("tau_s")],
             "gauge_leak" => self.gauge_leak += v("g_s_kpa"),
-            "pressure_drift" => self.pressure_drift += v("kpa_s"),
+            "pressure_drift" | "sensor_drift" => self.pressure_drift += v("kpa_s"),
             _ => return false,
         }
         true
