@@ -52,15 +52,27 @@ pub(crate) fn learn(
     best = with_best_deviation(space, before, best)?;
     best = sparse(space, before, best)?;
     done(0.8);
-    // What remembers or repeats may be all that there is: then no smooth terms tell where it acts.
-    let others = alone.iter().filter(|(k, _)| *k != family && !best.is_learned(ground));
-    let starts: Vec<(usize, Learned)> =
-        [(family, best.clone())].into_iter().chain(others.cloned()).collect();
+    // What remembers or repeats may be all that there is: then no smooth terms tell where it acts. What remembers at one place may
+    // imitate what remembers at another one, which then is tried by itself.
+    let any_learned = best.is_learned(ground);
+    let others = alone.iter().filter(|(k, _)| *k != family);
+    let others = others.map(|(k, smooth)| (*k, (!any_learned).then(|| smooth.clone())));
+    let starts: Vec<(usize, Option<Learned>)> =
+        [(family, Some(best.clone()))].into_iter().chain(others).collect();
     let mut family = family;
     for (own, start) in starts {
-        if start.is_enough(ground) {
-            continue;
+        if best.is_enough(ground) {
+            break;
         }
+        let start = match start {
+            Some(start) => start,
+            None => {
+                let iterations = ground.settings.remainder.iterations;
+                let nothing = fitted(space, before, &[], best.deviation, None, iterations)?;
+                let Some(nothing) = nothing else { break };
+                nothing
+            }
+        };
         let mut more = remembering(own, variables, places);
         more.extend(waves(own, variables, places, &start.periods_left_s(space, ground)?));
         if more.is_empty() {

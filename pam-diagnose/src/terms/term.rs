@@ -175,8 +175,9 @@ impl Factor {
 
 /// Description length of a memory, nats.
 const LAG_LENGTH: f64 = 2.0;
-/// Share of its typical size by which a pressure changes with the motion.
-const CHANGING: f64 = 0.1;
+/// Typical size of what a low-pass leaves of a pressure, relative to that of the pressure. Air that flows back and forth is some ten times
+/// as much as air that leaks, by which the size of a flow is judged.
+const CHANGING: f64 = 0.01;
 
 /// A coefficient times a product of factors, at a place.
 #[derive(Debug, Clone, PartialEq)]
