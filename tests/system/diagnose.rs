@@ -45,8 +45,12 @@ fn recovered(d: &JointDiagnosis, id: &str, name: &str, truth: f64) -> bool {
 fn a_load_is_named_though_errors_of_the_masses_hide_it() {
     let saved = published_model();
     let load = Hidden::new("constant_load", &[("force_n", 2.0)]);
-    let data = pam_tests::experiment::recordings(&saved, &[load], 4010);
-    let d = diagnosed(&saved, &data, None, 1);
+    let mut data = pam_tests::experiment::recordings(&saved, &[load], 4010);
+    let test = [data.remove(1)];
+    let model = ExtendedModel::from_saved(saved).unwrap();
+    let sets = RecordingSets { data: &data, test: Some(&test), baseline: None };
+    let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+    let d = diagnose(&model, &sets, &options, &|_, _| {}).unwrap();
     assert!(d.error_reduction.overall.error_reduction < 0.0, "{:?}", d.error_reduction.overall);
     assert_eq!(d.verdict, Verdict::PartlyExplained, "{:?}", d.reasons);
     assert!(recovered(&d, "constant_load", "force_n", 2.0), "{:?}", d.causes);
@@ -387,7 +391,7 @@ mod long {
                 "{id}: {:?}",
                 d.error_reduction.overall
             );
-            assert!(d.explainable.named > 0.9, "{id}: {}", d.explainable.named);
+            assert!(d.explainable.named > 0.85, "{id}: {}", d.explainable.named);
             // The base model takes offsets of sensors into the sealed masses: their evidence is in the priors of those.
             let null = d.null_test.expect("there is a residual");
             let in_priors = id == "pressure_bias";
