@@ -129,22 +129,15 @@ impl List {
 
     /// Whether its author did not know the search.
     fn is_blind(self) -> bool {
-        matches!(
-            self,
-            Self::Outside
-                | Self::SecondOutside
-                | Self::ThirdOutside
-                | Self::FourthOutside
-                | Self::FifthOutside
-                | Self::SixthOutside
-                | Self::SeventhOutside
-                | Self::EighthOutside
-                | Self::NinthOutside
-                | Self::TenthOutside
-                | Self::EleventhOutside
-                | Self::TwelfthOutside
-                | Self::ThirteenthOutside
-        )
+        self.is_plausible()
+            || matches!(
+                self,
+                Self::Outside
+                    | Self::SecondOutside
+                    | Self::ThirdOutside
+                    | Self::FourthOutside
+                    | Self::FifthOutside
+            )
     }
 }
 

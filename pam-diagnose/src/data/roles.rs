@@ -346,7 +346,7 @@ fn ends(all: &[Span], share: f64) -> Vec<(String, [f64; 2])> {
 }
 
 /// Takes a share of the experiments out, at least one, both lists in their order: one after the other, of those without which the
-/// ranges of the variables narrow least. What is fitted need not extrapolate.
+/// ranges of the variables narrow least, so that predictions for the held-out experiments are interpolations.
 fn keep(all: &[Span], open: &mut Vec<usize>, share: f64, random: &mut ChaCha8Rng) -> Vec<usize> {
     let count = ((share * open.len() as f64).round() as usize).clamp(1, open.len() - 1);
     open.shuffle(random);
@@ -366,7 +366,7 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
-/// Share of its range by which a variable narrows without an experiment that is like the others.
+/// Narrowing of a range, as a share of it, below which an experiment counts as inside the range of the others.
 const SAME_RANGE: f64 = 0.05;
 
 /// By how much the ranges of the variables narrow without one of the experiments, as shares of them, summed up.

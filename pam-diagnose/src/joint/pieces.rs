@@ -34,11 +34,9 @@ pub(super) fn pieces(
     let [most_s, most_of_one_s] = [settings.most_s, settings.most_of_one_s].map(divided);
     let in_part = |part: &OpenPart| trials[part.experiment].record.points_within(part.end_s);
     let points: Vec<usize> = open.iter().map(in_part).collect();
-    let length_s = |(part, &points): (&OpenPart, &usize)| {
-        trials[part.experiment].record.step_s * points.saturating_sub(1) as f64
-    };
-    let whole_s: f64 = open.iter().zip(&points).map(length_s).sum();
-    let longest_s = open.iter().zip(&points).map(length_s).fold(0.0, f64::max);
+    let length_s = |part: &OpenPart| open_s(trials, part);
+    let whole_s: f64 = open.iter().map(length_s).sum();
+    let longest_s = open.iter().map(length_s).fold(0.0, f64::max);
     if whole_s <= most_s && longest_s <= most_of_one_s {
         return None;
     }
@@ -59,11 +57,13 @@ pub(super) fn pieces(
 
 /// Time of the open parts of recordings times the number of `substeps`, s.
 pub(super) fn integrated_s(trials: &[&Trial], open: &[OpenPart], substeps: usize) -> f64 {
-    let length_s = |part: &OpenPart| {
-        let record = &trials[part.experiment].record;
-        record.step_s * record.points_within(part.end_s).saturating_sub(1) as f64
-    };
-    open.iter().map(length_s).sum::<f64>() * substeps as f64
+    open.iter().map(|part| open_s(trials, part)).sum::<f64>() * substeps as f64
+}
+
+/// Length of an open part, s.
+fn open_s(trials: &[&Trial], part: &OpenPart) -> f64 {
+    let record = &trials[part.experiment].record;
+    record.step_s * record.points_within(part.end_s).saturating_sub(1) as f64
 }
 
 /// The first points of pieces of a length that cover displacement and velocity, in ascending order.

@@ -43,13 +43,13 @@ impl Variable {
         self.kind == VariableKind::Slow && self.group == "pressures"
     }
 
-    /// Whether there are terms of low-passes of it: it moves, and its beginning is known.
+    /// Whether terms may contain low-passes of it: it moves and has a known initial value.
     #[must_use]
     pub fn is_remembered(&self) -> bool {
         self.at_start.is_some() && matches!(self.kind, VariableKind::Moving | VariableKind::Turning)
     }
 
-    /// Whether there are terms of what a low-pass leaves of it: it is a pressure whose beginning is known.
+    /// Whether terms may contain its high-pass: it is a pressure with a known initial value.
     #[must_use]
     pub fn relaxes(&self) -> bool {
         self.at_start.is_some() && !self.is_remembered()

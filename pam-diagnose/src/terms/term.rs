@@ -14,7 +14,7 @@ pub enum Lag {
         /// The time constant τ, s.
         time_s: f64,
     },
-    /// What a first-order low-pass leaves of the variable, `u − z` with `ż = (u − z)/τ`.
+    /// A first-order high-pass of the variable, `u − z` with `ż = (u − z)/τ`.
     HighPass {
         /// The time constant τ, s.
         time_s: f64,
@@ -87,7 +87,7 @@ impl Factor {
         Self { lag, ..Self::of(variable, Function::Linear, 1.0) }
     }
 
-    /// What a low-pass leaves of a variable.
+    /// A variable minus its first-order low-pass.
     #[must_use]
     pub fn high_pass(variable: usize, time_s: f64) -> Self {
         let lag = Some(Lag::HighPass { time_s });
@@ -175,7 +175,7 @@ impl Factor {
 
 /// Description length of a memory, nats.
 const LAG_LENGTH: f64 = 2.0;
-/// Typical size of what a low-pass leaves of a pressure, relative to that of the pressure. Air that flows back and forth is some ten times
+/// Typical size of a high-passed pressure, relative to that of the pressure. Air that flows back and forth is some ten times
 /// as much as air that leaks, by which the size of a flow is judged.
 const CHANGING: f64 = 0.01;
 

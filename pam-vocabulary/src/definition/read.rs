@@ -80,7 +80,7 @@ const MOST_MEMORIES: usize = 16;
 /// Most operations and operands of an expression in which the named parts are written out. Parts of parts grow
 /// exponentially: a file of a few lines would take any time and memory.
 const MOST_WRITTEN_OUT: usize = 4000;
-/// Variables of the joint where a memory in the balance of forces begins.
+/// Variables of the joint that the starting value of a memory state in the balance of forces may depend on.
 const KNOWN_AT_START: [&str; 3] = ["x", "pf", "pe"];
 
 /// Most starting values of a fit: the product over the parameters and switches.
