@@ -32,25 +32,25 @@ pub(crate) trait ChainRule: Copy {
 impl<C: ChainRule> Arithmetic for C {
     type Inner = <C as ChainRule>::Inner;
 
-    #[inline]
+    #[inline(always)]
     fn lifted(value: Self::Inner) -> Self {
         ChainRule::lifted(value)
     }
-    #[inline]
+    #[inline(always)]
     fn inner(self) -> Self::Inner {
         ChainRule::inner(self)
     }
-    #[inline]
+    #[inline(always)]
     fn plus(self, other: Self) -> Self {
         let one = <C as ChainRule>::Inner::one();
         self.chain2(other, ChainRule::inner(self) + ChainRule::inner(other), one, one)
     }
-    #[inline]
+    #[inline(always)]
     fn minus(self, other: Self) -> Self {
         let one = <C as ChainRule>::Inner::one();
         self.chain2(other, ChainRule::inner(self) - ChainRule::inner(other), one, -one)
     }
-    #[inline]
+    #[inline(always)]
     fn times(self, other: Self) -> Self {
         let (a, b) = (ChainRule::inner(self), ChainRule::inner(other));
         self.chain2(other, a * b, b, a)
@@ -61,15 +61,15 @@ impl<C: ChainRule> Arithmetic for C {
         let (quotient, inverse) = (a / b, b.recip());
         self.chain2(other, quotient, inverse, -quotient * inverse)
     }
-    #[inline]
+    #[inline(always)]
     fn negated(self) -> Self {
         self.chain(-ChainRule::inner(self), -<C as ChainRule>::Inner::one())
     }
-    #[inline]
+    #[inline(always)]
     fn plus_plain(self, other: PrimitiveOf<Self>) -> Self {
         self.chain(ChainRule::inner(self) + other, <C as ChainRule>::Inner::one())
     }
-    #[inline]
+    #[inline(always)]
     fn times_plain(self, factor: PrimitiveOf<Self>) -> Self {
         self.chain(ChainRule::inner(self) * factor, lift(factor))
     }

@@ -59,22 +59,30 @@ impl<const N: usize, T: Scalar> Chunk<N, T> {
 impl<const N: usize, T: Scalar> ChainRule for Chunk<N, T> {
     type Inner = T;
 
-    #[inline]
+    // Always inlined: a call would copy all derivatives, and leave the vector instructions of its caller.
+    #[inline(always)]
     fn lifted(value: T) -> Self {
         Self { value, derivatives: [T::zero(); N] }
     }
-    #[inline]
+    #[inline(always)]
     fn inner(self) -> T {
         self.value
     }
-    #[inline]
-    fn chain(self, value: T, slope: T) -> Self {
-        Self { value, derivatives: self.derivatives.map(|d| d * slope) }
+    #[inline(always)]
+    fn chain(mut self, value: T, slope: T) -> Self {
+        self.value = value;
+        for derivative in &mut self.derivatives {
+            *derivative = *derivative * slope;
+        }
+        self
     }
-    #[inline]
-    fn chain2(self, other: Self, value: T, d_self: T, d_other: T) -> Self {
-        let (a, b) = (&self.derivatives, &other.derivatives);
-        Self { value, derivatives: std::array::from_fn(|k| a[k] * d_self + b[k] * d_other) }
+    #[inline(always)]
+    fn chain2(mut self, other: Self, value: T, d_self: T, d_other: T) -> Self {
+        self.value = value;
+        for (own, others) in self.derivatives.iter_mut().zip(&other.derivatives) {
+            *own = *own * d_self + *others * d_other;
+        }
+        self
     }
 }
 

@@ -149,19 +149,13 @@ impl Experiment<'_> {
         }
         let plain = |&c: &usize| out.channels[c].iter().map(|v| v.value).collect();
         let simulated = channels.iter().map(plain).collect();
-        let of_unknown = |k: usize| {
-            let column = |&c: &usize| -> Vec<f64> {
-                out.channels[c][window.clone()]
-                    .chunks_exact(points)
-                    .map(|row| {
-                        let sum: f64 = row.iter().map(|v| v.derivatives[k]).sum();
-                        sum / points as f64
-                    })
-                    .collect()
-            };
-            channels.iter().map(column).collect()
-        };
-        Ok(Differentiated { simulated, columns: (0..some.len()).map(of_unknown).collect() })
+        let mut columns: Vec<Vec<Vec<f64>>> =
+            some.clone().map(|_| Vec::with_capacity(channels.len())).collect();
+        for &c in &channels {
+            let of_channel = row_derivatives(&out.channels[c][window.clone()], points, some.len());
+            columns.iter_mut().zip(of_channel).for_each(|(all, column)| all.push(column));
+        }
+        Ok(Differentiated { simulated, columns })
     }
 
     /// Values and nuisances with `some` unknowns as directions. Parameters with a logarithmic coordinate carry
@@ -245,6 +239,24 @@ impl<'e, S: EffectScalar> Differentiable<'e, S> {
 struct Differentiated {
     simulated: Vec<Vec<f64>>,
     columns: Vec<Vec<Vec<f64>>>,
+}
+
+/// Means over rows of points of the first `count` derivatives, one column each, in one pass through the numbers.
+fn row_derivatives<const N: usize>(
+    numbers: &[Chunk<N>],
+    points: usize,
+    count: usize,
+) -> Vec<Vec<f64>> {
+    let rows = numbers.chunks_exact(points);
+    let mut columns = vec![Vec::with_capacity(rows.len()); count];
+    for row in rows {
+        let mut sums = [0.0; N];
+        for number in row {
+            sums.iter_mut().zip(&number.derivatives).for_each(|(sum, d)| *sum += d);
+        }
+        columns.iter_mut().zip(sums).for_each(|(column, sum)| column.push(sum / points as f64));
+    }
+    columns
 }
 
 /// Derivative of each row by `step_share` of a step of time, by central differences over the row. A force that

@@ -4,7 +4,7 @@ use crate::effects::Point;
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 use pam_expression::Inputs;
-use std::cell::Cell;
+use std::cell::OnceCell;
 
 /// Indices of the variables, in the order of [`Language::joint`](pam_vocabulary::definition::Language::joint).
 pub(super) const X: usize = 0;
@@ -29,34 +29,44 @@ pub(super) struct Instant<'a, S> {
     pub(super) memory: &'a [S],
     /// Whether the start of the step is meant, not the instant.
     pub(super) at_start: bool,
-    pressures_kpa: Cell<Option<[S; 2]>>,
+    pressures_kpa: OnceCell<[S; 2]>,
 }
 
 impl<'a, S: Scalar> Instant<'a, S> {
     pub(super) fn new(at: &'a Point<'a, S>, p: &'a [S], memory: &'a [S]) -> Self {
-        Self { at, p, memory, at_start: false, pressures_kpa: Cell::new(None) }
+        Self { at, p, memory, at_start: false, pressures_kpa: OnceCell::new() }
     }
 
     pub(super) fn at_start(at: &'a Point<'a, S>, p: &'a [S], memory: &'a [S]) -> Self {
         Self { at_start: true, ..Self::new(at, p, memory) }
     }
 
-    fn x(&self) -> S {
-        if self.at_start { self.at.step_start.displacement_mm } else { self.at.displacement_mm }
+    fn x(&self) -> &S {
+        if self.at_start { &self.at.step_start.displacement_mm } else { &self.at.displacement_mm }
     }
 
-    fn v(&self) -> S {
-        if self.at_start { self.at.step_start.velocity_mm_s } else { self.at.velocity_mm_s }
+    fn v(&self) -> &S {
+        if self.at_start { &self.at.step_start.velocity_mm_s } else { &self.at.velocity_mm_s }
     }
 
     #[inline(never)]
-    fn pressures_kpa(&self) -> [S; 2] {
-        if let Some(known) = self.pressures_kpa.get() {
-            return known;
-        }
-        let found = self.at.air.pressures_kpa(self.x());
-        self.pressures_kpa.set(Some(found));
-        found
+    fn pressures_kpa(&self) -> &[S; 2] {
+        self.pressures_kpa.get_or_init(|| self.at.air.pressures_kpa(*self.x()))
+    }
+
+    /// An input that is kept as it is read; the others are worked out.
+    #[inline(always)]
+    fn kept(&self, index: usize) -> Option<&S> {
+        Some(match index {
+            X => self.x(),
+            V => self.v(),
+            PF => &self.pressures_kpa()[0],
+            PE => &self.pressures_kpa()[1],
+            X0 => &self.at.step_start.displacement_mm,
+            k if k < VARIABLES => return None,
+            k if k < VARIABLES + self.p.len() => &self.p[k - VARIABLES],
+            k => &self.memory[k - VARIABLES - self.p.len()],
+        })
     }
 }
 
@@ -64,25 +74,36 @@ impl<S: Scalar> Inputs<S> for Instant<'_, S> {
     // In the loop of a program, a call for each number would take as long as an instruction.
     #[inline(always)]
     fn input(&self, index: usize) -> S {
+        if let Some(kept) = self.kept(index) {
+            return *kept;
+        }
         let at = self.at;
         match index {
-            X => self.x(),
-            V => self.v(),
-            PF => self.pressures_kpa()[0],
-            PE => self.pressures_kpa()[1],
             MF => at.air.masses_g()[0],
             ME => at.air.masses_g()[1],
             FORCE if self.at_start => at.step_start.driving_mn.scaled(1.0 / MN_PER_N),
             FORCE => at.driving_mn.scaled(1.0 / MN_PER_N),
-            NETWORK if self.at_start => self.network_n(self.x(), self.v()),
+            NETWORK if self.at_start => self.network_n(*self.x(), *self.v()),
             NETWORK => at.restoring_mn().scaled(1.0 / MN_PER_N),
             T if self.at_start => S::constant(at.time_s.real() - at.since_step_s),
             T => at.time_s,
             DT => S::constant(at.since_step_s),
-            DX => at.displacement_mm - at.step_start.displacement_mm,
-            X0 => at.step_start.displacement_mm,
-            k if k < VARIABLES + self.p.len() => self.p[k - VARIABLES],
-            k => self.memory[k - VARIABLES - self.p.len()],
+            // The last of those that are worked out.
+            _ => at.displacement_mm - at.step_start.displacement_mm,
+        }
+    }
+
+    // A number with many derivatives is not copied for one of its parts.
+    #[inline(always)]
+    fn real(&self, index: usize) -> f64 {
+        self.kept(index).map_or_else(|| self.input(index).real(), |kept| kept.real())
+    }
+
+    #[inline(always)]
+    fn add_along(&self, index: usize, slope: f64, to: &mut S) {
+        match self.kept(index) {
+            Some(kept) => to.add_along(kept, slope),
+            None => to.add_along(&self.input(index), slope),
         }
     }
 

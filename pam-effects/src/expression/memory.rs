@@ -10,6 +10,7 @@
 //! It is stable for any rate that decays and exact for `f = J q + b u` while u runs straight: a low-pass is one without an
 //! error of its own.
 
+use pam_autodiff::Chunk;
 use pam_core::Scalar;
 use pam_expression::{Graph, Id, Program};
 
@@ -151,6 +152,11 @@ impl Memory {
 
 /// `φ₁(z) = (eᶻ − 1)/z` and `φ₂(z) = (φ₁(z) − 1)/z`.
 fn phi<S: Scalar>(z: S) -> [S; 2] {
+    if S::HAS_SEVERAL_SLOPES {
+        // The values and slopes once for all derivatives.
+        let at = Chunk::<1>::variable(z.real(), 0);
+        return phi(at).map(|f| S::with_slopes(f.value, [&z], f.derivatives));
+    }
     let one = S::constant(1.0);
     if z.real().abs() < 1e-2 {
         // Terms to z⁵: the next one is below rounding.
