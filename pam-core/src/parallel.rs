@@ -14,6 +14,10 @@
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use std::sync::{Mutex, PoisonError};
 
+/// Two different tasks at the same time.
+#[doc(inline)]
+pub use rayon::join;
+
 /// Calls `body(i)` for every `i < count`, in parallel.
 pub fn for_each(count: usize, body: &(dyn Fn(usize) + Sync)) {
     (0..count).into_par_iter().with_max_len(1).for_each(body);

@@ -15,6 +15,7 @@ use crate::verdict::{
     Anomaly, Cause, ChannelBand, Names, Naming, Refused, STRAINED, Verdict, VerdictInput,
     is_stationary, ranking, share,
 };
+use pam_core::parallel;
 use std::fmt;
 
 /// A system whose experiments have their roles.
@@ -240,23 +241,27 @@ impl Judged {
         prepared: &Prepared<'_>,
     ) -> Self {
         let (base, best) = (&names.base.hypothesis, &names.best.hypothesis);
-        let comparison = test.compared(base, best);
+        let (comparison, (bands, of_base)) = parallel::join(
+            || test.compared(base, best),
+            || parallel::join(|| test.bands(open, best), || test.bands(open, base)),
+        );
         let [before, after] = if test.problem().is_empty() {
             [&names.base, &names.best].map(|fit| fit.errors.chi_square())
         } else {
             comparison.map_or([f64::INFINITY; 2], |c| c.chi_squares)
         };
-        let bands = test.bands(open, best);
         let learnable = |band: &ChannelBand| band.ratio.powi(2) * band.learnable_share;
-        let removable: f64 = test.bands(open, base).iter().map(learnable).sum();
+        let removable: f64 = of_base.iter().map(learnable).sum();
         let count = bands.len().max(1) as f64;
         let lowest = after.min(1.0);
         // Nuisances that imitate a cause against their priors do not count as the model without it.
         let plain = Hypothesis { shared: best.shared.clone(), ..base.clone() };
         let without = if comparison.is_some_and(|c| c.is_strained()) { &plain } else { base };
-        let reduction = test.error_reduction(without, best, prepared.seed).overall;
+        let (reduction, mut anomalies) = parallel::join(
+            || test.error_reduction(without, best, prepared.seed).overall,
+            || test.anomalies(open, best),
+        );
         let confirmed = comparison.is_some_and(|c| c.confirms(&reduction));
-        let mut anomalies = test.anomalies(open, best);
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {
             anomalies.push(Anomaly {

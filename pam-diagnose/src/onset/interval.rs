@@ -2,6 +2,7 @@
 
 use crate::fit::{Fit, Hypothesis, Problem};
 use crate::search::Candidates;
+use pam_core::parallel;
 use pam_numerics::statistics::chi_square_quantile;
 use std::sync::Arc;
 
@@ -82,5 +83,5 @@ pub(crate) fn time_interval<C: Candidates + ?Sized>(
         }
         moved(outside)
     };
-    [side(-1.0), side(1.0)]
+    parallel::join(|| side(-1.0), || side(1.0)).into()
 }

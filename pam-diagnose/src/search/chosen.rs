@@ -7,6 +7,7 @@ use super::scored::Scored;
 use crate::fit::Hypothesis;
 use crate::linearised::{Products, Subset, all_starts};
 use crate::rejection::NullTest;
+use pam_core::parallel;
 
 /// Result of a search.
 #[derive(Debug, Clone)]
@@ -49,9 +50,12 @@ pub fn search<C: Candidates + ?Sized>(
     let all = all_starts(rows.whole.system);
     let linearised = Products::at(&rows.whole, &whole.hypothesis, &all)?.beside();
     let starts = linearised.best_starts(settings.starts);
-    let null_test = NullTest::of(&linearised, &rows.whole.settings.rejection, seed);
+    let (null_test, base) = parallel::join(
+        || NullTest::of(&linearised, &rows.whole.settings.rejection, seed),
+        || rows.fitted(rows.choosing.train.base(), iterations),
+    );
+    let base = base?;
     done(0.1);
-    let base = rows.fitted(rows.choosing.train.base(), iterations)?;
     let first_order = linearised.singles();
     let pairs = if most > 1 { linearised.pairs() } else { Vec::new() };
     let share = |drop: f64| (drop / linearised.residual.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -126,9 +130,10 @@ fn improved<C: Candidates + ?Sized>(
     let settings = rows.whole.settings.search;
     rows.learn_beside(best.hypothesis())?;
     let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), settings.iterations);
-    found.base = again(&found.base)?;
+    let (base, fitted) = parallel::join(|| again(&found.base), || again(best));
+    found.base = base?;
     // Values that are no longer what the names say are no better than none.
-    *best = again(best).unwrap_or_else(|| found.base.clone());
+    *best = fitted.unwrap_or_else(|| found.base.clone());
     let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
     let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
     *sets = rows.fit_all(rivals, Some(best));
@@ -167,7 +172,6 @@ fn neighbours<C: Candidates + ?Sized>(
     let settings = rows.whole.settings.search;
     let members = best.members();
     let products = Products::at(&rows.choosing.train, best.hypothesis(), starts)?;
-    let mut sets = Vec::new();
     // Sets that may come near the present one, which is `worth` so much more than what they are added to.
     let first = |all: Vec<Subset<'_>>, residual: f64, worth: f64, from: &Hypothesis, count| {
         let near = |s: &&Subset<'_>| {
@@ -182,16 +186,19 @@ fn neighbours<C: Candidates + ?Sized>(
         let near: Vec<_> = all.iter().filter(near).take(count).collect();
         rows.fit_subsets(from, &near, Some(best))
     };
-    if members < most {
+    let additions = || {
+        if members == most {
+            return Vec::new();
+        }
         let beside = products.beside();
         let all = beside.singles();
-        sets.extend(first(all, beside.residual, 0.0, best.hypothesis(), settings.additions));
-    }
+        first(all, beside.residual, 0.0, best.hypothesis(), settings.additions)
+    };
     // Another shape of a member may leave nothing for a further cause to explain.
     let in_shapes = |place| in_other_shapes(rows.whole.system, best.hypothesis(), place);
-    sets.extend(rows.fit_all((0..members).flat_map(in_shapes).collect(), Some(best)));
-    let mut without = Vec::new();
-    for place in 0..members {
+    let shapes = || rows.fit_all((0..members).flat_map(in_shapes).collect(), Some(best));
+    let exchanges = |place: usize| {
+        let mut sets = Vec::new();
         let less = if members == 1 { Some(base.clone()) } else { rows.fitted_without(best, place) };
         let worth = less.as_ref().map_or(0.0, |l| l.fit.cost - best.fit.cost);
         let linearised = products.in_place_of(place);
@@ -203,6 +210,15 @@ fn neighbours<C: Candidates + ?Sized>(
             sets.extend(first(pairs, residual, worth, &rest, settings.exchanges_for_two));
         }
         sets.extend(less.clone());
+        (sets, less)
+    };
+    // All at the same time, so that no thread waits for the last fits of each.
+    let ((mut sets, of_shapes), of_places) =
+        parallel::join(|| parallel::join(additions, shapes), || parallel::map(members, exchanges));
+    sets.extend(of_shapes);
+    let mut without = Vec::new();
+    for (of_place, less) in of_places {
+        sets.extend(of_place);
         without.push(less);
     }
     Some(Neighbours { sets, without })

@@ -16,6 +16,7 @@ use crate::search::{Candidates, TIE};
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
 use crate::verdict::{Anomaly, ChannelBand};
+use pam_core::parallel;
 use pam_numerics::statistics::{mean, mean_half_width_95, positive_mean_p_value};
 
 /// Drop of the prior cost of nuisances that is clear by itself: χ² of one degree of freedom exceeds it once in 600 cases.
@@ -115,7 +116,8 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
             let held = Hypothesis { fixed: here.members.len(), ..here };
             problem.fit_to(held, search.first_iterations, search.converged_drop).ok()
         };
-        let (before, after) = (fitted(before)?, fitted(after)?);
+        let (before, after) = parallel::join(|| fitted(before), || fitted(after));
+        let (before, after) = (before?, after?);
         let prior = |fit: &Fit| problem.prior_cost(&fit.hypothesis);
         // Nuisances that are as measured speak for a cause.
         let taken = prior(&before) - prior(&after);

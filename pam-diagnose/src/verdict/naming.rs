@@ -10,6 +10,7 @@ use crate::onset::{Pattern, TimedSet, Times, moved_in_time, time_interval};
 use crate::rejection::{ParameterStability, StabilityTest, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
+use pam_core::parallel;
 use pam_numerics::dot;
 use pam_vocabulary::ParameterInfo;
 
@@ -55,13 +56,22 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         loop {
             let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
             let problem = &self.rows.whole;
-            let base = problem.fit(problem.base(), problem.settings.search.iterations)?;
+            let (base, best) = parallel::join(
+                || problem.fit(problem.base(), problem.settings.search.iterations),
+                || {
+                    if set.members.is_empty() {
+                        fit
+                    } else {
+                        moved_in_time(problem, multi_start(problem, fit))
+                    }
+                },
+            );
+            let base = base?;
             if set.members.is_empty() {
                 let causes = Vec::new();
                 self.refuse_others(&set, &mut refused);
                 return Ok(Names { best: base.clone(), base, causes, refused });
             }
-            let best = moved_in_time(problem, multi_start(problem, fit));
             let mut causes = self.causes(&base, &best)?;
             let reason = |(place, c): (usize, &Cause)| {
                 let why = if c.may_be_absent {
@@ -163,88 +173,89 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     /// The causes of a fitted set.
     fn causes(&self, base: &Fit, best: &Fit) -> Result<Vec<Cause>, DiagnoseError> {
         let problem = &self.rows.whole;
-        let mut intervals = problem.intervals(best)?.into_iter();
+        let intervals = problem.intervals(best)?;
         let influences = problem.influences(best)?;
         let of_model = model_errors(problem, best);
         let (named, from) = (self.chi_square(best), self.chi_square(base));
         // Only the share of the error is read of these fits.
         let iterations = problem.settings.search.tried_iterations;
         let inclusion = self.inclusion();
-        let mut first = 0;
-        let members = best.hypothesis.members.iter().enumerate();
-        Ok(members
-            .map(|(place, member)| {
-                let info = problem.system.candidate(member.candidate);
-                let (own_len, len) = (info.parameters.len(), member.fitted(problem.system).len());
-                let mut all: Vec<Interval> = intervals.by_ref().take(len).collect();
-                for (k, interval) in all[own_len..].iter_mut().enumerate() {
-                    interval.ci95 = time_interval(problem, best, place, k);
-                }
-                let (own, times) = all.split_at(own_len);
-                let fitted = first..first + own_len;
-                first += len;
-                let stability = ParameterStability::of(problem, &best.hypothesis, place, own);
-                let start = (member.candidate, member.own());
-                let apparent = Apparent::of(self.baseline, start, info.parameters, problem.len());
-                let parts = stability.as_ref().map_or(&[][..], |s| &s.half_widths);
-                let errors = Errors { model: &of_model, first: fitted.start, parts };
-                let mut parameters = widened(problem, (best, place), own, &errors, &apparent);
-                let pairs = info.parameters.iter().zip(parameters.iter().map(|p| p.1));
-                let of_rows = (own, &influences.values[fitted.clone()]);
-                let may_be_absent = may_be_absent(
-                    pairs,
-                    |i, j| errors.covariance(of_rows, i, j),
-                    |weights| apparent.half_width_of(weights),
-                );
-                let acts = Times::of(problem.system, &self.experiments(), member, times);
-                if member.schedule.as_ref().is_some_and(|s| s.pattern != Pattern::Each) {
-                    let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
-                    parameters.extend(names.zip(times.iter().copied()));
-                }
-                let less = match best.hypothesis.members.len() {
-                    1 => Some(base.clone()),
-                    _ => problem.fit(best.hypothesis.without(place), iterations).ok(),
-                };
-                let without = less.as_ref().map_or(named, |f| self.chi_square(f));
-                let alternatives = self.alternatives(best, place);
-                let id = |c: usize| problem.system.candidate(c).id.to_owned();
-                let limits = member.fitted(problem.system).into_iter().map(|(_, p)| p.name);
-                Cause {
-                    effect: info.id.to_owned(),
-                    description: info.description.to_owned(),
-                    parameters,
-                    share_of_error_removed: share(
-                        without,
-                        named,
-                        without - (from - named.min(1.0)),
-                    ),
-                    rise_without: less.as_ref().map_or(0.0, |f| largest_rise(best, f)),
-                    strain_without: less.map_or(0.0, |f| problem.prior_strain(&f.hypothesis)),
-                    minor: false,
-                    may_be_absent,
-                    inclusion: inclusion[member.candidate],
-                    confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
-                    alternatives_by_name: alternatives
-                        .iter()
-                        .map(|a| {
-                            let infos = problem.system.candidate(a.candidate).parameters;
-                            let values = infos.iter().zip(a.own());
-                            Alternative {
-                                effect: id(a.candidate),
-                                values: values.map(|(p, v)| (p.name.to_owned(), *v)).collect(),
-                            }
-                        })
-                        .collect(),
-                    alternatives,
-                    at_limit: limits.filter(|p| best.at_limit.contains(p)).collect(),
-                    excited_by: info.excited_by.to_owned(),
-                    stability,
-                    stability_test: StabilityTest::of(problem, best, &influences, fitted),
-                    acts,
-                    member: member.clone(),
-                }
+        let members = &best.hypothesis.members;
+        // Where the fitted values of each member begin.
+        let lens = members.iter().map(|m| m.fitted(problem.system).len());
+        let firsts: Vec<usize> = lens
+            .scan(0, |next, len| {
+                *next += len;
+                Some(*next - len)
             })
-            .collect())
+            .collect();
+        Ok(parallel::map(members.len(), |place| {
+            let (member, first) = (&members[place], firsts[place]);
+            let info = problem.system.candidate(member.candidate);
+            let (own_len, len) = (info.parameters.len(), member.fitted(problem.system).len());
+            let mut all: Vec<Interval> = intervals[first..first + len].to_vec();
+            for (k, interval) in all[own_len..].iter_mut().enumerate() {
+                interval.ci95 = time_interval(problem, best, place, k);
+            }
+            let (own, times) = all.split_at(own_len);
+            let fitted = first..first + own_len;
+            let stability = ParameterStability::of(problem, &best.hypothesis, place, own);
+            let start = (member.candidate, member.own());
+            let apparent = Apparent::of(self.baseline, start, info.parameters, problem.len());
+            let parts = stability.as_ref().map_or(&[][..], |s| &s.half_widths);
+            let errors = Errors { model: &of_model, first: fitted.start, parts };
+            let mut parameters = widened(problem, (best, place), own, &errors, &apparent);
+            let pairs = info.parameters.iter().zip(parameters.iter().map(|p| p.1));
+            let of_rows = (own, &influences.values[fitted.clone()]);
+            let may_be_absent = may_be_absent(
+                pairs,
+                |i, j| errors.covariance(of_rows, i, j),
+                |weights| apparent.half_width_of(weights),
+            );
+            let acts = Times::of(problem.system, &self.experiments(), member, times);
+            if member.schedule.as_ref().is_some_and(|s| s.pattern != Pattern::Each) {
+                let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
+                parameters.extend(names.zip(times.iter().copied()));
+            }
+            let less = match best.hypothesis.members.len() {
+                1 => Some(base.clone()),
+                _ => problem.fit(best.hypothesis.without(place), iterations).ok(),
+            };
+            let without = less.as_ref().map_or(named, |f| self.chi_square(f));
+            let alternatives = self.alternatives(best, place);
+            let id = |c: usize| problem.system.candidate(c).id.to_owned();
+            let limits = member.fitted(problem.system).into_iter().map(|(_, p)| p.name);
+            Cause {
+                effect: info.id.to_owned(),
+                description: info.description.to_owned(),
+                parameters,
+                share_of_error_removed: share(without, named, without - (from - named.min(1.0))),
+                rise_without: less.as_ref().map_or(0.0, |f| largest_rise(best, f)),
+                strain_without: less.map_or(0.0, |f| problem.prior_strain(&f.hypothesis)),
+                minor: false,
+                may_be_absent,
+                inclusion: inclusion[member.candidate],
+                confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
+                alternatives_by_name: alternatives
+                    .iter()
+                    .map(|a| {
+                        let infos = problem.system.candidate(a.candidate).parameters;
+                        let values = infos.iter().zip(a.own());
+                        Alternative {
+                            effect: id(a.candidate),
+                            values: values.map(|(p, v)| (p.name.to_owned(), *v)).collect(),
+                        }
+                    })
+                    .collect(),
+                alternatives,
+                at_limit: limits.filter(|p| best.at_limit.contains(p)).collect(),
+                excited_by: info.excited_by.to_owned(),
+                stability,
+                stability_test: StabilityTest::of(problem, best, &influences, fitted),
+                acts,
+                member: member.clone(),
+            }
+        }))
     }
 
     /// Candidates that explain nearly as much in place of a member of the chosen set: sets with another candidate in its
