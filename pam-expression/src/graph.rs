@@ -96,7 +96,9 @@ impl Graph {
         self.node(Node::Input(index))
     }
 
-    fn value(&self, id: Id) -> Option<f64> {
+    /// The value of a node that is a plain number, also where it became one because nothing else is left of it.
+    #[must_use]
+    pub fn value(&self, id: Id) -> Option<f64> {
         match self.nodes[id] {
             Node::Constant(bits) => Some(f64::from_bits(bits)),
             _ => None,

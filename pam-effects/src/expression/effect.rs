@@ -1,5 +1,6 @@
 //! An effect of expressions, at the places where it acts.
 
+use super::at_zero::{self, WithPlainMemory, is_at_zero};
 use super::joint::{DT, FORCE, Instant, NETWORK, PE, PF, Row, T, V, VARIABLES, X};
 use super::memory::{Law, MOST, Memory};
 use super::sensing::{Sensors, Velocity};
@@ -29,6 +30,8 @@ pub(super) struct ExpressionEffect {
     /// The same for the remembered numbers at the start of a step, where they move by steps alone: one evaluation in place of
     /// two.
     motion_within_step: Option<[Option<Program>; 3]>,
+    /// Whether all of the balance of forces is zero where the values are, whatever is remembered.
+    vanishes_at_zero: bool,
     command_n: Option<Program>,
     once: Once,
     sensors: Sensors,
@@ -162,6 +165,30 @@ impl Builder<'_> {
         programs
     }
 
+    /// Whether what acts in the balance of forces is zero where all values are.
+    fn vanishes_at_zero(&self) -> bool {
+        let mut graph = Graph::default();
+        let acts = self.definition.acts.iter();
+        acts.filter(|(place, _)| self.language.places[*place].moment == Moment::Motion).all(
+            |(_, act)| {
+                let id = graph.expression(&act.tree, &mut |graph, k| self.without_values(graph, k));
+                graph.value(id) == Some(0.0)
+            },
+        )
+    }
+
+    /// The node of a name, with zero for each value.
+    fn without_values(&self, graph: &mut Graph, k: usize) -> Id {
+        match self.definition.symbol(k) {
+            Symbol::Let(k) => {
+                let tree = &self.definition.lets[k].1.tree;
+                graph.expression(tree, &mut |graph, k| self.without_values(graph, k))
+            }
+            Symbol::Value(_) => graph.constant(0.0),
+            Symbol::Memory(_) | Symbol::Variable(_) => graph.input(k),
+        }
+    }
+
     fn memory(&mut self) -> Result<Option<Memory>, String> {
         let definition = self.definition;
         if definition.memory.is_empty() {
@@ -270,6 +297,7 @@ impl ExpressionEffect {
                 Moment::Motion => builder.motion_with_steps(),
                 _ => None,
             },
+            vanishes_at_zero: moment == Moment::Motion && builder.vanishes_at_zero(),
             command_n: builder.act_program("command_n")?,
             once: Once {
                 command_delay_s: builder.act_program("command_delay_s")?,
@@ -313,6 +341,12 @@ impl ExpressionEffect {
             // A step of no length changes no memory.
             (None, _) => program.values(&Instant::new(at, p, memory), out),
             (Some(_), Some(within)) => within.values(&Instant::new(at, p, memory), out),
+            (Some(law), None) if is_at_zero(self.vanishes_at_zero, p) => {
+                at_zero::moved(law, p, at, memory, |memory| {
+                    let instant = Instant::new(at, p, &[]);
+                    program.values(&WithPlainMemory { instant, memory }, out);
+                });
+            }
             (Some(law), None) => moved(law, p, at, memory, |now| {
                 program.values(&Instant::new(at, p, now), out);
             }),
@@ -530,6 +564,14 @@ impl Effect for ExpressionEffect {
 
     fn advance<S: Scalar>(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]) {
         if let Some(law) = self.memory_of(Moment::Motion) {
+            if is_at_zero(self.vanishes_at_zero, p) {
+                let mut now = [0.0; MOST];
+                at_zero::moved(law, p, end, memory, |moved| {
+                    now[..moved.len()].copy_from_slice(moved);
+                });
+                memory.iter_mut().zip(now).for_each(|(to, now)| *to = S::constant(now));
+                return;
+            }
             let mut now = [S::zero(); MOST];
             moved(law, p, end, memory, |moved| now[..moved.len()].copy_from_slice(moved));
             memory.copy_from_slice(&now[..law.len]);

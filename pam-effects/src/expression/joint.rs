@@ -119,14 +119,31 @@ pub(super) struct Row<'a, S> {
     pub(super) memory: &'a [S],
 }
 
+impl<S: Scalar> Row<'_, S> {
+    #[inline(always)]
+    fn at(&self, index: usize) -> &S {
+        match index {
+            k if k < VARIABLES => &self.variables[k],
+            k if k < VARIABLES + self.p.len() => &self.p[k - VARIABLES],
+            k => &self.memory[k - VARIABLES - self.p.len()],
+        }
+    }
+}
+
 impl<S: Scalar> Inputs<S> for Row<'_, S> {
     // In the loop of a program, a call for each number would take as long as an instruction.
     #[inline(always)]
     fn input(&self, index: usize) -> S {
-        match index {
-            k if k < VARIABLES => self.variables[k],
-            k if k < VARIABLES + self.p.len() => self.p[k - VARIABLES],
-            k => self.memory[k - VARIABLES - self.p.len()],
-        }
+        *self.at(index)
+    }
+
+    #[inline(always)]
+    fn real(&self, index: usize) -> f64 {
+        self.at(index).real()
+    }
+
+    #[inline(always)]
+    fn add_along(&self, index: usize, slope: f64, to: &mut S) {
+        to.add_along(self.at(index), slope);
     }
 }

@@ -21,6 +21,7 @@
 //!
 //! [`pam_expression`] compiles the expressions; other vector fields take them as its [`Terms`](pam_expression::Terms).
 
+mod at_zero;
 mod effect;
 mod joint;
 mod library;
