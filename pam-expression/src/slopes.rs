@@ -57,6 +57,7 @@ pub(crate) struct Slopes {
 /// Numbers of short, longer and the longest lists: all are cleared before each evaluation.
 const FEW: usize = 32;
 const SOME: usize = 128;
+const MANY: usize = 256;
 const MOST: usize = 512;
 
 impl Slopes {
@@ -131,6 +132,8 @@ impl Slopes {
             self.run::<FEW, S>(inputs, out);
         } else if count <= SOME {
             self.run::<SOME, S>(inputs, out);
+        } else if count <= MANY {
+            self.run::<MANY, S>(inputs, out);
         } else {
             self.run::<MOST, S>(inputs, out);
         }

@@ -49,12 +49,18 @@ impl<S: Scalar> WithPlainMemory<'_, S> {
 impl<S: Scalar> Inputs<S> for WithPlainMemory<'_, S> {
     #[inline(always)]
     fn input(&self, index: usize) -> S {
-        self.remembered(index).map_or_else(|| self.instant.input(index), S::constant)
+        match self.remembered(index) {
+            Some(value) => S::constant(value),
+            None => self.instant.input(index),
+        }
     }
 
     #[inline(always)]
     fn real(&self, index: usize) -> f64 {
-        self.remembered(index).unwrap_or_else(|| self.instant.real(index))
+        match self.remembered(index) {
+            Some(value) => value,
+            None => self.instant.real(index),
+        }
     }
 
     #[inline(always)]

@@ -96,7 +96,10 @@ impl<S: Scalar> Inputs<S> for Instant<'_, S> {
     // A number with many derivatives is not copied for one of its parts.
     #[inline(always)]
     fn real(&self, index: usize) -> f64 {
-        self.kept(index).map_or_else(|| self.input(index).real(), |kept| kept.real())
+        match self.kept(index) {
+            Some(kept) => kept.real(),
+            None => self.input(index).real(),
+        }
     }
 
     #[inline(always)]
