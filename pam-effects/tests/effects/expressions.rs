@@ -253,6 +253,61 @@ fn expressions_are_the_equations_that_they_say() {
     }
 }
 
+/// A sum of terms whose coefficients are all zero is differentiated by these with memory states that have no derivatives. The derivatives
+/// are those of plain runs, of a force and of a flow of air.
+#[test]
+fn derivatives_by_coefficients_that_are_zero_need_none_of_what_is_remembered() {
+    let definitions = r#"
+        [[effect]]
+        id = "force_that_remembers"
+        description = ""
+        parameters.a_n_mm = { range = [-100, 100], absent = 0 }
+        parameters.b_n_s_mm = { range = [-100, 100], absent = 0 }
+        memory.slow_mm = { start = "x", rate = "(x - slow_mm) / 0.7" }
+        memory.tired = { start = "0", rate = "abs(v) - tired / 2" }
+        acts.force_n = "a_n_mm * slow_mm + b_n_s_mm * v * tanh(tired)"
+
+        [[effect]]
+        id = "air_that_remembers"
+        description = ""
+        parameters.c_g_s_kpa = { range = [-1, 1], absent = 0 }
+        memory.before_kpa = { start = "pf", rate = "(pf - before_kpa) / 0.3" }
+        acts.air_flexor_g_s = "c_g_s_kpa * (pf - before_kpa)"
+    "#;
+    let effects = expression::parse(definitions).expect("it can be read");
+    let model = weights();
+    let mut subject = exact_run(&model, [30.0, 60.0], 0.06);
+    subject.origin = MassOrigin::GasLaw;
+    let trial = Trial::new(&model, &subject);
+    for (which, k, scale) in [(0, 0, 1.0), (0, 1, 1e-2), (1, 0, 1e-5)] {
+        let effect = effects[which];
+        let count = effect.info().parameters.len();
+        let seeded: Vec<Derivatives> = (0..count).map(|k| Derivatives::variable(0.0, k)).collect();
+        let with = run(&trial, effect, &seeded);
+        // A kink of the network that lies within a change spoils that difference: the best one of four.
+        let relative = [1e-2, 1e-3, 1e-4, 1e-5].map(|share| {
+            let moved = |sign: f64| {
+                let mut values = vec![0.0; count];
+                values[k] = sign * share * scale;
+                run(&trial, effect, &values)
+            };
+            let (up, down) = (moved(1.0), moved(-1.0));
+            let (mut miss, mut size) = (0.0, 0.0);
+            for (c, unit) in UNITS.into_iter().enumerate() {
+                for (point, own) in with.channels[c].iter().enumerate() {
+                    let change = up.channels[c][point] - down.channels[c][point];
+                    let by_difference = change / (2.0 * share * scale);
+                    miss += ((by_difference - own.derivatives[k]) / unit).powi(2);
+                    size += (by_difference / unit).powi(2);
+                }
+            }
+            (miss / size).sqrt()
+        });
+        let best = relative.into_iter().fold(f64::INFINITY, f64::min);
+        assert!(best < 1e-6, "{} {k}: {relative:?}", effect.info().id);
+    }
+}
+
 /// A spring between the pressure and a memory that begins at it and stays is one between the pressure and its first value.
 #[test]
 fn a_memory_may_begin_at_a_pressure() {
