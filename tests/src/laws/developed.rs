@@ -1,5 +1,6 @@
 //! Laws on which the search was developed, and the first ones that were written after it.
 
+use super::shared::pressure_friction;
 use super::{HiddenLaw, law};
 use crate::plant::Hidden;
 
@@ -86,15 +87,7 @@ pub fn laws() -> Vec<HiddenLaw> {
                 &["v"],
             )
         },
-        HiddenLaw {
-            without: &["load_friction"],
-            ..law(
-                "pressure_friction",
-                &[("n_kpa", 0.05)],
-                "parameters.c = { range = [0, 1], absent = 0, start = [0.03] }\nacts.dry_friction_n = \"c * max(pf + pe - 2 * p_atm, 0)\"",
-                &["pe", "pf"],
-            )
-        },
+        pressure_friction(0.05, 0.03),
     ]
 }
 

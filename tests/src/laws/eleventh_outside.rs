@@ -1,6 +1,8 @@
 //! Laws that were written without knowledge of the search, and chosen as the most plausible ones before any file was opened.
 
-use super::shared::{cross_leak, force_in_reading, quadratic_drag, side_volume, soft_stop};
+use super::shared::{
+    cross_leak, force_in_reading, pressure_friction, quadratic_drag, side_volume, soft_stop,
+};
 use super::{HiddenLaw, law};
 
 /// Ten laws that were written without knowledge of the search or of the earlier lists, two of them with memory, at other pressures.
@@ -12,16 +14,7 @@ pub fn eleventh_outside() -> Vec<HiddenLaw> {
     let mut all = vec![
         soft_stop([14.0, 0.5], 10.0, [0.4, 0.6]),
         quadratic_drag(0.07, 0.05),
-        HiddenLaw {
-            // The candidate is the same law, with the mean of the two gauge pressures in the place of their sum.
-            without: &["load_friction"],
-            ..law(
-                "pressure_friction",
-                &[("n_kpa", 0.012)],
-                "parameters.c = { range = [0, 1], absent = 0, start = [8e-3] }\nacts.dry_friction_n = \"c * max(pf + pe - 2 * p_atm, 0)\"",
-                &["pe", "pf"],
-            )
-        },
+        pressure_friction(0.012, 8e-3),
         law(
             "rail_pinch",
             &[("n_mm", 8.0)],

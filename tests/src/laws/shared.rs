@@ -69,6 +69,36 @@ pub(super) fn edge_friction(n_mm: f64) -> HiddenLaw {
     law("edge_friction", &[("n_mm", n_mm)], definition, &["x"])
 }
 
+/// Dry friction `c x²`.
+pub(super) fn worn_guide(n_mm2: f64, start: f64) -> HiddenLaw {
+    let definition = format!(
+        "parameters.c = {{ range = [0, 500], absent = 0, start = [{start:?}] }}\nacts.dry_friction_n = \"c * x^2\""
+    );
+    // A dry friction opposes the velocity, whether or not its level depends on it.
+    HiddenLaw { or: &["v", "x"], ..law("worn_guide", &[("n_mm2", n_mm2)], definition, &["x"]) }
+}
+
+/// Dry friction `c max(P_f + P_e − 2 P_atm, 0)`.
+pub(super) fn pressure_friction(n_kpa: f64, start: f64) -> HiddenLaw {
+    let definition = format!(
+        "parameters.c = {{ range = [0, 1], absent = 0, start = [{start:?}] }}\nacts.dry_friction_n = \"c * max(pf + pe - 2 * p_atm, 0)\""
+    );
+    // The candidate is the same law, with the mean of the two gauge pressures in the place of their sum.
+    HiddenLaw {
+        without: &["load_friction"],
+        ..law("pressure_friction", &[("n_kpa", n_kpa)], definition, &["pe", "pf"])
+    }
+}
+
+/// Dry friction `n / (1 + z)` of 12 N at rest, with `ż = (|v|/w − z)/τ` and `w` 5 mm/s.
+pub(super) fn warm_grease(tau_s: f64, starts_s: [f64; 2]) -> HiddenLaw {
+    let definition = format!(
+        "parameters.n = {{ range = [0, 500], absent = 0, start = [8] }}\nparameters.w = {{ range = [0.1, 100], log = true, start = [4, 7] }}\nparameters.tau_s = {{ range = [0.01, 100], log = true, start = {starts_s:?} }}\nmemory.z = {{ start = \"0\", rate = \"(abs(v) / w - z) / tau_s\" }}\nacts.dry_friction_n = \"n / (1 + z)\""
+    );
+    let values = [("n", 12.0), ("mm_s", 5.0), ("tau_s", tau_s)];
+    HiddenLaw { remembers: true, ..law("warm_grease", &values, definition, &["v"]) }
+}
+
 /// Air from the flexor to the extensor, `c (P_f − P_e)`.
 pub(super) fn cross_leak(g_s_kpa: f64, start: f64) -> HiddenLaw {
     let definition = format!(
@@ -79,7 +109,7 @@ pub(super) fn cross_leak(g_s_kpa: f64, start: f64) -> HiddenLaw {
 
 /// Air into the flexor `−c (P_f − z)` with `ż = (P_f − z)/τ`.
 ///
-/// A memory cannot begin at a pressure: for ten milliseconds it catches up with the one at rest and nothing flows.
+/// Written when a memory state could not begin at a pressure: for ten milliseconds it catches up with the one at rest, and nothing flows.
 pub(super) fn side_volume([g_s_kpa, tau_s]: [f64; 2], start: f64, starts_s: [f64; 2]) -> HiddenLaw {
     let definition = format!(
         "parameters.c = {{ range = [0, 1], absent = 0, start = [{start:?}] }}\nparameters.tau_s = {{ range = [0.01, 100], log = true, start = {starts_s:?} }}\nmemory.z = {{ start = \"400\", rate = \"(pf - z) / if(t < 0.01, 1e-3, tau_s)\" }}\nacts.air_flexor_g_s = \"-c * (pf - z) * (t >= 0.01)\""

@@ -3,6 +3,7 @@
 
 use super::shared::{
     cross_leak, cubic_spring, force_in_reading, motor_heating, pressure_damping, soft_stop,
+    worn_guide,
 };
 use super::{HiddenLaw, law};
 
@@ -23,16 +24,7 @@ pub fn sixth_outside() -> Vec<HiddenLaw> {
             "parameters.c = { range = [0, 1e-6], absent = 0, start = [2e-10] }\nacts.air_extensor_g_s = \"-c * (pe^2 - p_atm^2)\"",
             &["pe"],
         ),
-        HiddenLaw {
-            // A dry friction opposes the velocity, whether or not its level depends on it.
-            or: &["v", "x"],
-            ..law(
-                "worn_guide",
-                &[("n_mm2", 7.0)],
-                "parameters.c = { range = [0, 500], absent = 0, start = [5] }\nacts.dry_friction_n = \"c * x^2\"",
-                &["x"],
-            )
-        },
+        worn_guide(7.0, 5.0),
         law(
             "running_in",
             &[("n", 30.0), ("tau_s", 6.0)],

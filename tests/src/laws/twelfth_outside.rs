@@ -1,6 +1,8 @@
 //! Laws that were written without knowledge of the search, and chosen as the most plausible ones before any file was opened.
 
-use super::shared::{cross_leak, cubic_spring, quadratic_drag, side_volume, soft_stop};
+use super::shared::{
+    cross_leak, cubic_spring, quadratic_drag, side_volume, soft_stop, warm_grease, worn_guide,
+};
 use super::{HiddenLaw, law};
 
 /// Ten laws that were written without knowledge of the search or of the earlier lists, two of them with memory, at other pressures.
@@ -13,16 +15,7 @@ pub fn twelfth_outside() -> Vec<HiddenLaw> {
         cubic_spring(4.0, 100.0, 2.8),
         quadratic_drag(0.05, 0.035),
         soft_stop([16.0, 0.7], 11.0, [0.55, 0.85]),
-        HiddenLaw {
-            // A dry friction opposes the velocity, whether or not its level depends on it.
-            or: &["v", "x"],
-            ..law(
-                "worn_guide",
-                &[("n_mm2", 4.5)],
-                "parameters.c = { range = [0, 500], absent = 0, start = [3] }\nacts.dry_friction_n = \"c * x^2\"",
-                &["x"],
-            )
-        },
+        worn_guide(4.5, 3.0),
         cross_leak(1.1e-6, 8e-7),
         HiddenLaw {
             // The candidate is the same law but for the volume of the chamber, which changes little.
@@ -46,15 +39,7 @@ pub fn twelfth_outside() -> Vec<HiddenLaw> {
             "parameters.a = { range = [-0.3, 0.3], absent = 0, start = [0.02] }\nacts.position_mm = \"x + a * x^2\"",
             &["x"],
         ),
-        HiddenLaw {
-            remembers: true,
-            ..law(
-                "warm_grease",
-                &[("n", 12.0), ("mm_s", 5.0), ("tau_s", 8.0)],
-                "parameters.n = { range = [0, 500], absent = 0, start = [8] }\nparameters.w = { range = [0.1, 100], log = true, start = [4, 7] }\nparameters.tau_s = { range = [0.01, 100], log = true, start = [5, 10] }\nmemory.z = { start = \"0\", rate = \"(abs(v) / w - z) / tau_s\" }\nacts.dry_friction_n = \"n / (1 + z)\"",
-                &["v"],
-            )
-        },
+        warm_grease(8.0, [5.0, 10.0]),
         side_volume([1.5e-4, 1.5], 1e-4, [1.0, 2.2]),
     ];
     all.iter_mut().for_each(|law| law.psi = CONDITIONS);
