@@ -72,7 +72,7 @@ impl<const N: usize, T: Scalar> ChainRule for Chunk<N, T> {
     fn chain(mut self, value: T, slope: T) -> Self {
         self.value = value;
         for derivative in &mut self.derivatives {
-            *derivative = *derivative * slope;
+            *derivative *= slope;
         }
         self
     }
