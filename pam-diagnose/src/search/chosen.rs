@@ -187,7 +187,7 @@ fn neighbours<C: Candidates + ?Sized>(
         rows.fit_subsets(from, &near, Some(best))
     };
     let additions = || {
-        if members == most {
+        if members >= most {
             return Vec::new();
         }
         let beside = products.beside();

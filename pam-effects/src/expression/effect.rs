@@ -64,6 +64,22 @@ struct Builder<'a> {
     steps: Vec<Id>,
 }
 
+/// The node of a name: named parts are put in, `other` gives those of all other symbols.
+fn named(
+    definition: &EffectDefinition,
+    graph: &mut Graph,
+    k: usize,
+    other: &dyn Fn(&mut Graph, Symbol, usize) -> Id,
+) -> Id {
+    match definition.symbol(k) {
+        Symbol::Let(k) => {
+            let tree = &definition.lets[k].1.tree;
+            graph.expression(tree, &mut |graph, k| named(definition, graph, k, other))
+        }
+        symbol => other(graph, symbol, k),
+    }
+}
+
 impl Builder<'_> {
     /// The node of a tree; named parts are put in.
     fn node(&mut self, tree: &Expression) -> Id {
@@ -72,16 +88,12 @@ impl Builder<'_> {
 
     /// As [`node`](Self::node), with nodes in place of the remembered numbers.
     fn node_with(&mut self, tree: &Expression, memory: &[Id]) -> Id {
-        fn name(definition: &EffectDefinition, graph: &mut Graph, memory: &[Id], k: usize) -> Id {
-            let mut inner = |graph: &mut Graph, k| name(definition, graph, memory, k);
-            match definition.symbol(k) {
-                Symbol::Let(k) => graph.expression(&definition.lets[k].1.tree, &mut inner),
-                Symbol::Memory(m) if m < memory.len() => memory[m],
-                Symbol::Memory(_) | Symbol::Variable(_) | Symbol::Value(_) => graph.input(k),
-            }
-        }
         let definition = self.definition;
-        self.graph.expression(tree, &mut |graph, k| name(definition, graph, memory, k))
+        let other = |graph: &mut Graph, symbol: Symbol, k: usize| match symbol {
+            Symbol::Memory(m) if m < memory.len() => memory[m],
+            _ => graph.input(k),
+        };
+        self.graph.expression(tree, &mut |graph, k| named(definition, graph, k, &other))
     }
 
     /// The node at a place.
@@ -167,26 +179,19 @@ impl Builder<'_> {
 
     /// Whether what acts in the balance of forces is zero where all values are.
     fn vanishes_at_zero(&self) -> bool {
-        let mut graph = Graph::default();
-        let acts = self.definition.acts.iter();
-        acts.filter(|(place, _)| self.language.places[*place].moment == Moment::Motion).all(
-            |(_, act)| {
-                let id = graph.expression(&act.tree, &mut |graph, k| self.without_values(graph, k));
-                graph.value(id) == Some(0.0)
-            },
-        )
-    }
-
-    /// The node of a name, with zero for each value.
-    fn without_values(&self, graph: &mut Graph, k: usize) -> Id {
-        match self.definition.symbol(k) {
-            Symbol::Let(k) => {
-                let tree = &self.definition.lets[k].1.tree;
-                graph.expression(tree, &mut |graph, k| self.without_values(graph, k))
-            }
+        let definition = self.definition;
+        let other = |graph: &mut Graph, symbol: Symbol, k: usize| match symbol {
             Symbol::Value(_) => graph.constant(0.0),
-            Symbol::Memory(_) | Symbol::Variable(_) => graph.input(k),
-        }
+            _ => graph.input(k),
+        };
+        let mut graph = Graph::default();
+        let mut is_zero = |tree: &Expression| {
+            let mut name = |graph: &mut Graph, k| named(definition, graph, k, &other);
+            let id = graph.expression(tree, &mut name);
+            graph.value(id) == Some(0.0)
+        };
+        let in_motion = |place: usize| self.language.places[place].moment == Moment::Motion;
+        definition.acts.iter().all(|(place, act)| !in_motion(*place) || is_zero(&act.tree))
     }
 
     fn memory(&mut self) -> Result<Option<Memory>, String> {

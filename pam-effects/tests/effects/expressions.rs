@@ -30,16 +30,21 @@ fn run<S: SimulationScalar>(trial: &Trial, effect: &dyn AnyEffect, values: &[S])
     out
 }
 
+/// A recording whose air masses follow from its sealed pressures.
+fn with_masses_of_the_gas_law() -> Trial {
+    let model = weights();
+    let mut subject = exact_run(&model, [30.0, 60.0], 0.06);
+    subject.origin = MassOrigin::GasLaw;
+    Trial::new(&model, &subject)
+}
+
 /// Variation of the channels in these runs: mm, mm/s, kPa, kPa.
 const UNITS: [f64; 4] = [2.0, 20.0, 30.0, 30.0];
 
 /// Trajectories and their derivatives by every parameter are those of the effect in Rust.
 #[test]
 fn every_built_in_effect_can_be_an_expression() {
-    let model = weights();
-    let mut subject = exact_run(&model, [30.0, 60.0], 0.06);
-    subject.origin = MassOrigin::GasLaw;
-    let trial = Trial::new(&model, &subject);
+    let trial = with_masses_of_the_gas_law();
     for (id, values) in medium() {
         let count = by_id(id).expect("an id").info().parameters.len();
         let seeded: Vec<Derivatives> = (0..values.len())
@@ -275,10 +280,7 @@ fn derivatives_by_coefficients_that_are_zero_need_none_of_what_is_remembered() {
         acts.air_flexor_g_s = "c_g_s_kpa * (pf - before_kpa)"
     "#;
     let effects = expression::parse(definitions).expect("it can be read");
-    let model = weights();
-    let mut subject = exact_run(&model, [30.0, 60.0], 0.06);
-    subject.origin = MassOrigin::GasLaw;
-    let trial = Trial::new(&model, &subject);
+    let trial = with_masses_of_the_gas_law();
     for (which, k, scale) in [(0, 0, 1.0), (0, 1, 1e-2), (1, 0, 1e-5)] {
         let effect = effects[which];
         let count = effect.info().parameters.len();
