@@ -10,4 +10,4 @@ mod gram;
 mod subsets;
 
 pub(crate) use gram::{Column, HELD, Linearised, Products, Start, all_starts, directions};
-pub(crate) use subsets::Subset;
+pub(crate) use subsets::{Imitators, Subset};

@@ -1,7 +1,7 @@
 //! Shares that every set of one or two candidates would explain.
 
 use super::gram::{Linearised, Start};
-use pam_numerics::ScaledCholesky;
+use pam_numerics::{ScaledCholesky, dot};
 
 /// Ridge of the least squares over a subset, so that nearly parallel directions do not explain by their difference.
 const RIDGE: f64 = 1e-6;
@@ -18,6 +18,17 @@ pub(crate) struct Subset<'l> {
 /// Share that a direction must explain to outweigh its cost, about half of `ln n`.
 const PRICE: f64 = 4.0;
 
+/// Candidates that do nearly the same as another one, with starting values, by the index of that one.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Imitators(Vec<Vec<(usize, Vec<f64>)>>);
+
+impl Imitators {
+    /// Those of a candidate, the most similar first.
+    pub(crate) fn of(&self, candidate: usize) -> &[(usize, Vec<f64>)] {
+        self.0.get(candidate).map_or(&[], Vec::as_slice)
+    }
+}
+
 impl Subset<'_> {
     /// The drop less the price of its directions.
     fn score(&self) -> f64 {
@@ -31,10 +42,44 @@ impl Linearised {
     fn subset<'l>(&'l self, starts: &[&'l Start]) -> Subset<'l> {
         let all: Vec<usize> = starts.iter().flat_map(|s| self.directions_of(s)).collect();
         let right: Vec<f64> = all.iter().map(|&k| self.right[k]).collect();
-        let entry = |i: usize, j: usize| self.gram[(all[i], all[j])];
-        let solved = ScaledCholesky::new(all.len(), entry, RIDGE).and_then(|f| f.solve(&right));
-        let drop = solved.map_or(0.0, |x| x.iter().zip(&right).map(|(x, b)| x * b).sum());
+        let drop = self.solved(&all, &right).map_or(0.0, |x| dot(&x, &right));
         Subset { starts: starts.to_vec(), drop }
+    }
+
+    /// Least squares over some directions.
+    fn solved(&self, directions: &[usize], right: &[f64]) -> Option<Vec<f64>> {
+        let entry = |i: usize, j: usize| self.gram[(directions[i], directions[j])];
+        ScaledCholesky::new(directions.len(), entry, RIDGE).and_then(|f| f.solve(right))
+    }
+
+    /// For each candidate the `most` others that do nearly the same to the outputs: of its least-squares response `e` to the residual,
+    /// their directions `D` hold at least the share `|P_D e|² / |e|²`, each at its best starting value.
+    pub(crate) fn imitators(&self, share: f64, most: usize) -> Imitators {
+        let all = self.singles();
+        let directions: Vec<Vec<usize>> =
+            all.iter().map(|s| self.directions_of(s.starts[0]).collect()).collect();
+        let count = all.iter().map(|s| s.starts[0].candidate + 1).max().unwrap_or(0);
+        let mut imitators = vec![Vec::new(); count];
+        for (i, of) in all.iter().enumerate() {
+            let right: Vec<f64> = directions[i].iter().map(|&k| self.right[k]).collect();
+            let Some(step) = self.solved(&directions[i], &right) else { continue };
+            // Products of the response with each direction.
+            let with = |k: usize| -> f64 {
+                step.iter().zip(&directions[i]).map(|(x, &j)| x * self.gram[(k, j)]).sum()
+            };
+            let size = dot(&step, &directions[i].iter().map(|&k| with(k)).collect::<Vec<_>>());
+            let held = |j: usize| {
+                let products: Vec<f64> = directions[j].iter().map(|&k| with(k)).collect();
+                self.solved(&directions[j], &products).map_or(0.0, |x| dot(&x, &products))
+            };
+            let others = (0..all.len()).filter(|&j| j != i).map(|j| (held(j), all[j].starts[0]));
+            let mut near: Vec<_> = others.filter(|(held, _)| *held >= share * size).collect();
+            near.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let start = |s: &Start| (s.candidate, s.values.clone());
+            imitators[of.starts[0].candidate] =
+                near.iter().take(most).map(|(_, s)| start(s)).collect();
+        }
+        Imitators(imitators)
     }
 
     /// Every candidate at its best starting value, best first.

@@ -7,13 +7,14 @@ use pam_numerics::statistics::chi_square_quantile;
 use pam_numerics::{ScaledCholesky, dot};
 use pam_vocabulary::ParameterInfo;
 
-/// Probability of the region in which several parameters have to hold that a cause is absent, as of an interval.
-const REGION: f64 = 0.95;
+/// Probability of the intervals of parameters.
+pub(crate) const OF_INTERVALS: f64 = 0.95;
 
-/// Whether every parameter that could switch a cause off may be at the value at which it is off. False for a cause
-/// without such a parameter.
+/// Whether every parameter that could switch a cause off may be at the value at which it is off, in the region that holds the truth with
+/// this `probability`. False for a cause without such a parameter.
 ///
-/// Each interval holds that value, and so does the region of all of them together: two biases of which only the difference is
+/// Each interval, wider or narrower by the ratio of the normal quantiles, holds that value, and so does the region of all of them together:
+/// two biases of which only the difference is
 /// known have wide intervals each, and are not both zero. With the `covariance` `C` of the parameters, by their places, the deviations
 /// `d` are furthest from zero along `w = C⁻¹ d`. The statistic `(wᵀ d)² / (wᵀ C w + σ²)` has the χ² distribution of their number
 /// (Wald 1943); `further` gives half a 95 % interval of `wᵀ d` for other reasons, from which `σ` follows.
@@ -21,11 +22,22 @@ pub(crate) fn may_be_absent<'p>(
     parameters: impl IntoIterator<Item = (&'p ParameterInfo, Interval)>,
     covariance: impl Fn(usize, usize) -> f64,
     further: impl Fn(&[f64]) -> f64,
+    probability: f64,
 ) -> bool {
     let all: Vec<(&ParameterInfo, Interval)> = parameters.into_iter().collect();
     let off = |k: &usize| all[*k].0.off;
     let offs: Vec<(usize, f64)> = (0..all.len()).filter_map(|k| Some((k, off(&k)?))).collect();
-    if offs.is_empty() || !offs.iter().all(|&(k, off)| all[k].1.contains(off)) {
+    let [of_region, of_intervals] =
+        [probability, OF_INTERVALS].map(|p| chi_square_quantile(p, 1.0).sqrt());
+    let holds = |interval: &Interval, off: f64| {
+        let ends = interval.ci95.map(|end| {
+            // The same end where nothing is to be widened, not one that differs by rounding.
+            let further = (of_region / of_intervals - 1.0) * (end - interval.value);
+            end + further
+        });
+        ends[0] <= off && off <= ends[1]
+    };
+    if offs.is_empty() || !offs.iter().all(|&(k, off)| holds(&all[k].1, off)) {
         return false;
     }
     if offs.len() < 2 {
@@ -40,7 +52,7 @@ pub(crate) fn may_be_absent<'p>(
     // As C⁻¹ d, both the deviation and its variance.
     let size = dot(&deviations, &along);
     let variance = size + (further(&weights) / HALF_WIDTH).powi(2);
-    size * size / variance <= chi_square_quantile(REGION, offs.len() as f64)
+    size * size / variance <= chi_square_quantile(probability, offs.len() as f64)
 }
 
 /// Whether the interval of a scale of a cause says nothing.

@@ -5,7 +5,7 @@ use super::refit::in_other_shapes;
 use super::rows::Rows;
 use super::scored::Scored;
 use crate::fit::Hypothesis;
-use crate::linearised::{Products, Subset, all_starts};
+use crate::linearised::{Imitators, Products, Subset, all_starts};
 use crate::rejection::NullTest;
 use pam_core::parallel;
 
@@ -50,6 +50,7 @@ pub fn search<C: Candidates + ?Sized>(
     let all = all_starts(rows.whole.system);
     let linearised = Products::at(&rows.whole, &whole.hypothesis, &all)?.beside();
     let starts = linearised.best_starts(settings.starts);
+    let imitators = linearised.imitators(settings.imitated_share, settings.imitators);
     let (null_test, base) = parallel::join(
         || NullTest::of(&linearised, &rows.whole.settings.rejection, seed),
         || rows.fitted(rows.choosing.train.base(), iterations),
@@ -100,7 +101,8 @@ pub fn search<C: Candidates + ?Sized>(
             break;
         }
         // A set beside which the noise cannot be learned, or with which a fit diverges, is the best that can be had.
-        let Some(next) = improved(rows, &mut found, &mut best, &mut sets, &starts, most) else {
+        let tried = (starts.as_slice(), &imitators);
+        let Some(next) = improved(rows, &mut found, &mut best, &mut sets, tried, most) else {
             break;
         };
         done(0.5 + 0.5 * (round + 1) as f64 / settings.rounds as f64);
@@ -124,7 +126,7 @@ fn improved<C: Candidates + ?Sized>(
     found: &mut Findings,
     best: &mut Scored,
     sets: &mut Vec<Scored>,
-    starts: &[(usize, Vec<f64>)],
+    tried: (&[(usize, Vec<f64>)], &Imitators),
     most: usize,
 ) -> Option<Scored> {
     let settings = rows.whole.settings.search;
@@ -137,7 +139,7 @@ fn improved<C: Candidates + ?Sized>(
     let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
     let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
     *sets = rows.fit_all(rivals, Some(best));
-    let near = neighbours(rows, best, &found.base, starts, most)?;
+    let near = neighbours(rows, best, &found.base, tried, most)?;
     found.without = near.without;
     sets.extend(near.sets);
     sets.extend([best.clone(), found.base.clone()]);
@@ -166,15 +168,15 @@ fn neighbours<C: Candidates + ?Sized>(
     rows: &Rows<'_, C>,
     best: &Scored,
     base: &Scored,
-    starts: &[(usize, Vec<f64>)],
+    (starts, imitators): (&[(usize, Vec<f64>)], &Imitators),
     most: usize,
 ) -> Option<Neighbours> {
     let settings = rows.whole.settings.search;
     let members = best.members();
     let products = Products::at(&rows.choosing.train, best.hypothesis(), starts)?;
     // Sets that may come near the present one, which is `worth` so much more than what they are added to.
-    let first = |all: Vec<Subset<'_>>, residual: f64, worth: f64, from: &Hypothesis, count| {
-        let near = |s: &&Subset<'_>| {
+    let near = |all: Vec<Subset<'_>>, residual: f64, worth: f64, from: &Hypothesis, count| {
+        let is_near = |s: &&Subset<'_>| {
             let explained = (s.drop / residual.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             let left = residual * (1.0 - explained).powf(settings.nonlinear_power);
             let gain = rows.first_order_cost(residual) - rows.first_order_cost(left);
@@ -183,8 +185,8 @@ fn neighbours<C: Candidates + ?Sized>(
             let slack = if more > 0 { -rows.least_price() } else { rows.confusable_cost() };
             gain + slack > worth
         };
-        let near: Vec<_> = all.iter().filter(near).take(count).collect();
-        rows.fit_subsets(from, &near, Some(best))
+        let subsets = all.iter().filter(is_near).take(count);
+        subsets.map(|subset| subset.beside(from)).collect::<Vec<Hypothesis>>()
     };
     let additions = || {
         if members >= most {
@@ -192,22 +194,31 @@ fn neighbours<C: Candidates + ?Sized>(
         }
         let beside = products.beside();
         let all = beside.singles();
-        first(all, beside.residual, 0.0, best.hypothesis(), settings.additions)
+        let starts = near(all, beside.residual, 0.0, best.hypothesis(), settings.additions);
+        rows.fit_all(starts, Some(best))
     };
     // Another shape of a member may leave nothing for a further cause to explain.
     let in_shapes = |place| in_other_shapes(rows.whole.system, best.hypothesis(), place);
     let shapes = || rows.fit_all((0..members).flat_map(in_shapes).collect(), Some(best));
     let exchanges = |place: usize| {
-        let mut sets = Vec::new();
         let less = if members == 1 { Some(base.clone()) } else { rows.fitted_without(best, place) };
         let worth = less.as_ref().map_or(0.0, |l| l.fit.cost - best.fit.cost);
         let linearised = products.in_place_of(place);
         let rest = best.hypothesis().without(place);
         let residual = linearised.residual;
-        sets.extend(first(linearised.singles(), residual, worth, &rest, settings.exchanges));
+        let mut others = near(linearised.singles(), residual, worth, &rest, settings.exchanges);
+        // Where a response is far from linear, the screening cannot tell a member from those that do nearly the same.
+        for (candidate, values) in imitators.of(best.hypothesis().members[place].candidate) {
+            let is_known = |h: &Hypothesis| h.contains(*candidate);
+            if !is_known(&rest) && !others.iter().any(is_known) {
+                others.push(rest.with(*candidate, values));
+            }
+        }
+        let mut sets = rows.fit_all(others, Some(best));
         if members < most {
             let pairs = linearised.pairs();
-            sets.extend(first(pairs, residual, worth, &rest, settings.exchanges_for_two));
+            let pairs = near(pairs, residual, worth, &rest, settings.exchanges_for_two);
+            sets.extend(rows.fit_all(pairs, Some(best)));
         }
         sets.extend(less.clone());
         (sets, less)

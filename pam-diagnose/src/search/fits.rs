@@ -12,6 +12,13 @@ pub(crate) fn stands<C: Candidates + ?Sized>(system: &C, hypothesis: &Hypothesis
     hypothesis.members.iter().all(|m| system.stands(m.candidate, m.own()))
 }
 
+impl Subset<'_> {
+    /// Its candidates at their starting values, beside the members of a hypothesis.
+    pub(super) fn beside(&self, from: &Hypothesis) -> Hypothesis {
+        self.starts.iter().fold(from.clone(), |h, s| h.with(s.candidate, &s.values))
+    }
+}
+
 impl<C: Candidates + ?Sized> Rows<'_, C> {
     /// Adds sets of the screening to a hypothesis and fits them, best first, as [`fit_all`](Self::fit_all) does.
     pub(super) fn fit_subsets(
@@ -20,10 +27,7 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         subsets: &[&Subset<'_>],
         rival: Option<&Scored>,
     ) -> Vec<Scored> {
-        let starts = subsets.iter().map(|subset| {
-            subset.starts.iter().fold(from.clone(), |h, s| h.with(s.candidate, &s.values))
-        });
-        self.fit_all(starts.collect(), rival)
+        self.fit_all(subsets.iter().map(|subset| subset.beside(from)).collect(), rival)
     }
 
     /// Fits hypotheses from their values, and scores them. After every few iterations only those go on that may still come

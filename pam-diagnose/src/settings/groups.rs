@@ -220,6 +220,10 @@ settings! {
         additions: usize = 4, "candidates", COUNT, TIME;
         /// Candidates that are fitted in place of a member.
         exchanges: usize = 6, "candidates", COUNT, TIME;
+        /// Candidates that do nearly the same as a member and are fitted in its place whatever the screening says.
+        imitators: usize = 3, "candidates", COUNT, TIME;
+        /// Share of what a candidate does to the outputs, to first order, that such a candidate does.
+        imitated_share: f64 = 0.9, "–", SHARE, STUDIES;
         /// Pairs that are fitted in place of a member.
         exchanges_for_two: usize = 2, "pairs", COUNT, TIME;
         /// Sets of the round before that are fitted again with the noise of the present one.
@@ -339,8 +343,8 @@ settings! {
         /// A cause is not minor if without it the mean square of some channel rises by at least this multiple of the variance
         /// of its noise: the error is then a twentieth above the noise.
         minor_rise: f64 = 0.1, "–", POSITIVE, STUDIES;
-        /// A cause is minor as well if it removes less than this share of what all named causes remove, unless the mean square
-        /// of some channel rises by the variance of its noise without it.
+        /// A cause is minor as well if it removes less than this share of what all named causes remove, whatever the noise is: other
+        /// causes whose forces are wrong by 3 % leave as much.
         negligible_share: f64 = 0.001, "–", SHARE, STUDIES;
         /// The model is inadequate if its own errors on baseline recordings are more than this multiple of the noise, and
         /// the errors in the data less than this multiple of those.
@@ -448,12 +452,12 @@ settings! {
     "remainder" RemainderSettings {
         /// Total length of the joint's training and validation recordings from which corrections are learned and laws are selected.
         /// Longer recordings are represented by pieces that cover the motion; the selected laws are fitted to all rows.
-        most_s: f64 = 40.0, "s", POSITIVE, TIME;
+        most_s: f64 = 20.0, "s", POSITIVE, TIME;
         /// The same of one recording: longer motion of the same pressures repeats itself.
-        most_of_one_s: f64 = 20.0, "s", POSITIVE, TIME;
+        most_of_one_s: f64 = 10.0, "s", POSITIVE, TIME;
         /// Total length of all training and validation recordings, times the integration steps per step of the grid, up to which all of them
         /// are learned from if the pieces, each with an offset of its own, show no error and the recordings do.
-        most_slow_s: f64 = 160.0, "s", COST, TIME;
+        most_slow_s: f64 = 80.0, "s", COST, TIME;
         /// Length of the shortest of these pieces.
         piece_s: f64 = 6.0, "s", POSITIVE, TIME;
         /// Prior standard deviation of the offset of the first pressure samples of a piece: what remembers the time before it is

@@ -28,13 +28,16 @@ pub struct Cause {
     /// How far starts, masses and what else is uncertain must be from their measured values without it: their prior cost over
     /// its 99.9 % quantile, so that above 1 they are further than they can be.
     pub strain_without: f64,
-    /// Whether it is certain but small: it removes next to nothing of the error, no more than a part of the noise, and what is
-    /// uncertain can be as measured without it.
+    /// Whether it is small: it removes next to nothing of the error, or no more than a part of the noise, or is uncertain beside another
+    /// cause; and starts and masses can be as measured without it.
     #[serde(skip)]
     pub minor: bool,
     /// Whether its parameters may all be at the values at which it is absent.
     #[serde(skip)]
     pub(crate) may_be_absent: bool,
+    /// The same with the region of all candidates at once (Bonferroni): the largest of many that are absent may look certain alone.
+    #[serde(skip)]
+    pub(crate) may_be_chance: bool,
     /// Posterior probability that it is at work, over the sets that were fitted.
     pub inclusion: f64,
     /// Candidates that explain nearly as much in its place.

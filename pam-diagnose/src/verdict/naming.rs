@@ -7,7 +7,7 @@ use super::outcome::share;
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, HALF_WIDTH, Hypothesis, Interval, Member, Problem};
 use crate::onset::{Pattern, TimedSet, Times, moved_in_time, time_interval};
-use crate::rejection::{ParameterStability, StabilityTest, may_be_absent, vague};
+use crate::rejection::{OF_INTERVALS, ParameterStability, StabilityTest, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
 use pam_core::parallel;
@@ -150,7 +150,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         fit.errors.chi_square() + self.rows.whole.prior_cost(&fit.hypothesis) / rows
     }
 
-    /// Marks causes that are certain but remove next to nothing.
+    /// Marks causes that remove next to nothing, and further ones that may be there by chance.
     fn mark_minor(&self, causes: &mut [Cause], base: &Fit, best: &Fit) {
         let settings = &self.rows.whole.settings.verdict;
         let sum = |f: &Fit| self.chi_square(f);
@@ -159,14 +159,18 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let strain = |f: &Fit| self.rows.whole.prior_strain(&f.hypothesis);
         let relieved = strain(base) > 1.0 && strain(best) < 1.0;
         let all_minor = removed < settings.minor_of_residual && !relieved;
+        // That there is something at all, the null test of the search has shown.
+        let largest = causes.iter().map(|c| c.share_of_error_removed).fold(0.0, f64::max);
         for cause in causes {
             let little = all_minor || cause.share_of_error_removed < settings.minor_share;
             // Without a bias of a pressure the sealed masses take its trace: the error stays, but they cannot be so.
             let needed = cause.strain_without > STRAINED && strain(best) < 1.0;
-            let negligible = cause.share_of_error_removed < settings.negligible_share
-                && cause.rise_without < AS_LARGE_AS_NOISE;
+            let negligible = cause.share_of_error_removed < settings.negligible_share;
             let unseen = little && cause.rise_without < settings.minor_rise;
-            cause.minor = (negligible || unseen) && !needed;
+            let by_chance = cause.may_be_chance
+                && cause.share_of_error_removed < largest
+                && cause.rise_without < AS_LARGE_AS_NOISE;
+            cause.minor = (negligible || unseen || by_chance) && !needed;
         }
     }
 
@@ -205,13 +209,20 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             let parts = stability.as_ref().map_or(&[][..], |s| &s.half_widths);
             let errors = Errors { model: &of_model, first: fitted.start, parts };
             let mut parameters = widened(problem, (best, place), own, &errors, &apparent);
-            let pairs = info.parameters.iter().zip(parameters.iter().map(|p| p.1));
+            let values: Vec<Interval> = parameters.iter().map(|p| p.1).collect();
             let of_rows = (own, &influences.values[fitted.clone()]);
-            let may_be_absent = may_be_absent(
-                pairs,
-                |i, j| errors.covariance(of_rows, i, j),
-                |weights| apparent.half_width_of(weights),
-            );
+            let may_be_absent = |probability: f64| {
+                may_be_absent(
+                    info.parameters.iter().zip(values.iter().copied()),
+                    |i, j| errors.covariance(of_rows, i, j),
+                    |weights| apparent.half_width_of(weights),
+                    probability,
+                )
+            };
+            let level = 1.0 - problem.settings.rejection.null_quantile;
+            let choices = problem.system.candidate_len().max(1) as f64;
+            let may_be_chance = may_be_absent(1.0 - level / choices);
+            let may_be_absent = may_be_absent(OF_INTERVALS);
             let acts = Times::of(problem.system, &self.experiments(), member, times);
             if member.schedule.as_ref().is_some_and(|s| s.pattern != Pattern::Each) {
                 let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
@@ -234,6 +245,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 strain_without: less.map_or(0.0, |f| problem.prior_strain(&f.hypothesis)),
                 minor: false,
                 may_be_absent,
+                may_be_chance,
                 inclusion: inclusion[member.candidate],
                 confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
                 alternatives_by_name: alternatives

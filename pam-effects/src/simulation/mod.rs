@@ -22,6 +22,7 @@ pub(crate) mod observation;
 pub(crate) mod parts;
 mod record;
 mod run;
+pub(crate) mod spectrum;
 pub(crate) mod steps;
 mod substep;
 mod table;

@@ -1,6 +1,7 @@
 //! A recording on the simulation's own grid.
 
 use super::input::{FineForce, interpolated, resampled};
+use super::spectrum::MotionSpectrum;
 use super::steps::LONGEST_S;
 use super::trial::range_of;
 use crate::effects::{Before, Rest};
@@ -62,6 +63,8 @@ pub struct ResampledRecord {
     pub start_mm_s: f64,
     /// Range of the displacement (mm) and of the velocity (mm/s) in which the joint moves.
     pub ranges: [[f64; 2]; 2],
+    /// How fast the measured motion is; of a part of a recording that of the whole.
+    pub(crate) spectrum: MotionSpectrum,
     /// Masses by the measured sealed pressures (or as given), g.
     pub masses: SealedMasses,
 }
@@ -174,6 +177,7 @@ impl ResampledRecord {
                 cutoff.and_then(|hz| LowPass::like(hz, 1.0 / sample_s, 1.0 / step_s))
             }),
             ranges: [range_of(&measured[0]), range_of(&measured[1])],
+            spectrum: MotionSpectrum::new(&measured[0], step_s, sample_s),
             measured,
             resolution: r.resolution(),
             rest,
