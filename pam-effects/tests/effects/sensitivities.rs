@@ -119,7 +119,7 @@ fn compare(trial: &Trial, base: &Base<f64>, effect: &'static dyn AnyEffect, valu
             .into_iter()
             .fold(f64::INFINITY, f64::min);
         println!("{id} {}: {relative:.2e}", info.name);
-        let most = if MOVES_THE_AIR.contains(&id) { 1e-4 } else { 1e-5 };
+        let most = if MOVES_THE_AIR.contains(&id) { 1e-4 } else { 2e-6 };
         assert!(relative < most, "{id} {}: {relative:e}", info.name);
     }
 }
