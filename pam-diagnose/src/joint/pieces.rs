@@ -19,8 +19,12 @@ const CELLS: usize = 8;
 /// Starts of pieces that are compared, per length of a piece.
 const STARTS: usize = 4;
 
+/// Substeps of a step of the grid at which the lengths of the settings hold.
+const SUBSTEPS: f64 = 2.0;
+
 /// Pieces of the open parts of recordings that have [`RemainderSettings::most_s`] together, and
-/// [`RemainderSettings::most_of_one_s`] of each recording, both over the number of `substeps`; `None` if the parts are no longer.
+/// [`RemainderSettings::most_of_one_s`] of each recording, both shorter in proportion where there are more than two `substeps`; `None`
+/// if the parts are no longer.
 /// Each recording, whose pressures no other one has, keeps its share of the time. Its pieces are chosen one after the other:
 /// the next is the one that adds most to the sum of `ln(1 + n)` over cells of displacement and velocity in which the motion has
 /// `n` points.
@@ -30,7 +34,8 @@ pub(super) fn pieces(
     settings: &RemainderSettings,
     substeps: usize,
 ) -> Option<Vec<Piece>> {
-    let divided = |s: f64| (s / substeps.max(1) as f64).max(settings.piece_s.min(s));
+    let shorter = (SUBSTEPS / substeps as f64).min(1.0);
+    let divided = |s: f64| (s * shorter).max(settings.piece_s.min(s));
     let [most_s, most_of_one_s] = [settings.most_s, settings.most_of_one_s].map(divided);
     let in_part = |part: &OpenPart| trials[part.experiment].record.points_within(part.end_s);
     let points: Vec<usize> = open.iter().map(in_part).collect();
@@ -55,9 +60,10 @@ pub(super) fn pieces(
     Some(all)
 }
 
-/// Time of the open parts of recordings times the number of `substeps`, s.
+/// Time of the open parts of recordings, s, longer in proportion where there are more than two `substeps`.
 pub(super) fn integrated_s(trials: &[&Trial], open: &[OpenPart], substeps: usize) -> f64 {
-    open.iter().map(|part| open_s(trials, part)).sum::<f64>() * substeps as f64
+    let longer = (substeps as f64 / SUBSTEPS).max(1.0);
+    open.iter().map(|part| open_s(trials, part)).sum::<f64>() * longer
 }
 
 /// Length of an open part, s.

@@ -450,13 +450,14 @@ settings! {
 settings! {
     /// What is learned of an error that no listed cause explains, and the search for a law in it.
     "remainder" RemainderSettings {
-        /// Total length of the joint's training and validation recordings from which corrections are learned and laws are selected.
-        /// Longer recordings are represented by pieces that cover the motion; the selected laws are fitted to all rows.
+        /// Total length of the joint's training and validation recordings from which corrections are learned and laws are selected;
+        /// shorter in proportion where a step of 4 ms needs more than two integration steps. Longer recordings are represented by
+        /// pieces that cover the motion; the selected laws are fitted to all rows.
         most_s: f64 = 20.0, "s", POSITIVE, TIME;
         /// The same of one recording: longer motion of the same pressures repeats itself.
         most_of_one_s: f64 = 10.0, "s", POSITIVE, TIME;
-        /// Total length of all training and validation recordings, times the integration steps per step of the grid, up to which all of them
-        /// are learned from if the pieces, each with an offset of its own, show no error and the recordings do.
+        /// Total length of all training and validation recordings, in the same proportion, up to which all of them are learned from if
+        /// the pieces, each with an offset of its own, show no error and the recordings do.
         most_slow_s: f64 = 80.0, "s", COST, TIME;
         /// Length of the shortest of these pieces.
         piece_s: f64 = 6.0, "s", POSITIVE, TIME;

@@ -13,8 +13,11 @@ use num_complex::Complex64;
 
 /// Longest step, s: four samples of a log at 1 kHz, 31 steps in a period of 8 Hz.
 pub(super) const LONGEST_S: f64 = 4e-3;
-/// Error of the motion by that of the gain, relative to the motion; root mean squares over its spectrum.
-const GAIN_ERROR: f64 = 1e-4;
+/// Error of the motion by that of the gain, relative to the motion; root mean squares over its spectrum. It is 10 nm of a motion of
+/// 1 mm, a fiftieth of a step of the finest encoder.
+const GAIN_ERROR: f64 = 1e-5;
+/// Relative error of what a mode keeps in a step from which it does not die out as it should.
+const KEPT_ERROR: f64 = 1e-4;
 /// Most that a dying mode may keep in a step: a margin to the limit 1 of stability.
 const LARGEST_KEPT: f64 = 0.95;
 /// Most substeps of a step of the grid. Faster mechanics is not resolved: it diverges, and the simulation says so.
@@ -52,7 +55,7 @@ fn are_right(modes: &[Complex64], h: f64, bands: &[Band]) -> bool {
         let z = mode * h;
         let kept = 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)));
         // A mode that is slow as measured by the step is kept nearly whole, by right.
-        let dies = kept.norm() <= LARGEST_KEPT.max(z.exp().norm() * (1.0 + GAIN_ERROR));
+        let dies = kept.norm() <= LARGEST_KEPT.max(z.exp().norm() * (1.0 + KEPT_ERROR));
         let squares = drives.iter().map(|drive| drive.share * drive.error(mode, kept, h).powi(2));
         dies && squares.sum::<f64>() <= GAIN_ERROR * GAIN_ERROR
     })
