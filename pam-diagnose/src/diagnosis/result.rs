@@ -128,6 +128,9 @@ pub struct Diagnosis<M> {
     /// The test recordings before and after, for figures.
     #[serde(skip)]
     pub traces: Vec<Trace>,
+    /// Work of the search for causes, in integration steps of the system without any.
+    #[serde(skip)]
+    pub(crate) work_steps: f64,
 }
 
 impl<M: Serialize> Diagnosis<M> {
@@ -173,6 +176,7 @@ impl Diagnosis<()> {
             outputs: self.outputs,
             excitation_label: self.excitation_label,
             traces: self.traces,
+            work_steps: self.work_steps,
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::noise::{Noise, NoisePrior};
 use crate::onset::{self, LateFault};
 use crate::rejection::null_test::explained;
 use crate::residual::ResidualSummary;
-use crate::search::{Candidates, Remembered, Rows, search};
+use crate::search::{Candidates, Remembered, Rows, Work, search};
 use crate::settings::DiagnosisSettings;
 use crate::test_set::TestSet;
 use crate::verdict::{
@@ -17,6 +17,7 @@ use crate::verdict::{
 };
 use pam_core::parallel;
 use std::fmt;
+use std::sync::Arc;
 
 /// A system whose experiments have their roles.
 pub struct Prepared<'a> {
@@ -80,7 +81,8 @@ fn findings(
     progress: &(dyn Fn(Stage, f64) + Sync),
 ) -> Result<(Diagnosis<()>, Hypothesis), DiagnoseError> {
     let Prepared { roles, settings, seed, .. } = prepared;
-    let remembered = Remembered::new(prepared.system);
+    let work = Arc::new(Work::default());
+    let remembered = Remembered::new(prepared.system, Arc::clone(&work));
     let system: &(dyn Candidates + '_) = &remembered;
     let noise = Noise::white(&prepared.noise);
     let mut rows = Rows::of(roles, system, &noise, prepared.prior.clone(), settings);
@@ -198,6 +200,7 @@ fn findings(
         traces: test.traces(&start, best),
         causes,
         minor,
+        work_steps: work.steps(),
     };
     Ok((diagnosis, names.best.hypothesis))
 }

@@ -8,11 +8,12 @@ use crate::error::DiagnoseError;
 use crate::law::{Data, NOTHING_LEFT, rest};
 use crate::noise::Noise;
 use crate::remainder::{
-    Ground, Remainder, RemainderOutcome, is_replaceable, named_and_settled, nothing_left,
+    Budget, Ground, Remainder, RemainderOutcome, is_replaceable, named_and_settled, nothing_left,
 };
 use pam_core::ParametricField;
 use pam_solvers::Input;
 use pam_train::field::FieldProblem;
+use std::sync::Arc;
 
 /// Learns what the named causes of a diagnosis leave of a field's error: a smooth correction of the rate of one of its states,
 /// through the simulation, and a short law in its place if there is one ([`remainder`](crate::remainder),
@@ -62,6 +63,7 @@ where
             choices: candidates.len(),
             settings: &settings,
             seed: options.seed,
+            budget: Budget::unlimited(Arc::default()),
         };
         let rest = rest(&Data::whole(&space, &ground), found.verdict, &|_| {})?;
         rest.put_into(&mut found);

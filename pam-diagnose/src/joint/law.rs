@@ -11,12 +11,18 @@ use crate::fit::Hypothesis;
 use crate::law::{Data, NOTHING_LEFT, rest};
 use crate::noise::Noise;
 use crate::remainder::{
-    Ground, Remainder, RemainderOutcome, is_replaceable, named_and_settled, nothing_left,
+    Budget, Ground, Remainder, RemainderOutcome, is_replaceable, named_and_settled, nothing_left,
 };
+use crate::search::Work;
+use crate::settings::DiagnosisSettings;
 use pam_effects::effects::AnyEffect;
 use pam_effects::expression;
 use pam_effects::model::{ActiveEffect, ExtendedModel};
-use pam_effects::simulation::{Trial, needed_substeps};
+use pam_effects::simulation::{ResampledRecord, Trial, needed_substeps};
+use std::sync::Arc;
+
+/// Length of the recordings of the published loader, s. Of shorter ones all parts of the search take about as much.
+const USUAL_S: f64 = 70.0;
 
 /// Learns what the named causes of a diagnosis leave of the error: a smooth correction of the forces, of the air or of the
 /// sensors, through the simulation, and a short law in its place if there is one
@@ -39,6 +45,21 @@ pub fn learn_remainder(
     options.settings.check()?;
     let (trials, roles) = prepare(model, sets, options)?;
     from_trials(model, (&trials, &roles), options, found, progress)
+}
+
+/// The work that the diagnosis of a single recording may take; there is no limit for several ones.
+fn budget(
+    roles: &Roles,
+    trials: &[Trial],
+    settings: &DiagnosisSettings,
+    work: &Arc<Work>,
+) -> Budget {
+    if !roles.is_one_recording() {
+        return Budget::unlimited(Arc::clone(work));
+    }
+    let length_s = trials.iter().map(|t| t.record.duration_s()).fold(USUAL_S, f64::max);
+    let steps = length_s / ResampledRecord::STEP_S;
+    Budget { work: Arc::clone(work), most_steps: settings.remainder.most_simulations * steps }
 }
 
 /// As [`learn_remainder`], from recordings that are ready for simulation.
@@ -73,7 +94,9 @@ pub(super) fn from_trials(
         }
     }
     let baseline = found.model.baseline.clone();
-    let space = JointTerms::new(all, open, base, &model.effects, baseline, listed, settings);
+    let work = Arc::new(Work::starting_at(found.work_steps));
+    let budget = budget(roles, trials, settings, &work);
+    let space = JointTerms::new(all, open, base, &model.effects, baseline, listed, settings, work);
     let ground = Ground {
         roles,
         noise: Noise::white(&noise),
@@ -87,6 +110,7 @@ pub(super) fn from_trials(
         choices: options.candidates.len(),
         settings,
         seed: options.seed,
+        budget,
     };
     // As many integration steps, where the mechanics is so fast that a grid step is divided.
     let substeps = trials.iter().map(|t| needed_substeps(t, &space.base)).max().unwrap_or(1);

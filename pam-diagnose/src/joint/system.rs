@@ -17,7 +17,7 @@ use pam_data::Channel;
 use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo, timed};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{
-    Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate_until,
+    Base, Nuisances, ResampledRecord, Trajectory, Trial, needed_substeps, simulate_until,
 };
 use std::ops::Range;
 
@@ -39,6 +39,8 @@ pub struct JointSystem<'a> {
     settings: DiagnosisSettings,
     /// Grid points of each trial that are simulated where only its open part is asked for.
     open_points: Vec<usize>,
+    /// Integration steps from one grid point of each trial to the next, without effects.
+    steps_per_point: Vec<usize>,
     /// The most recently used motions, trial by trial.
     pub(super) motions: Vec<Motions>,
 }
@@ -116,7 +118,9 @@ impl<'a> JointSystem<'a> {
             open_points[part.experiment] =
                 record.points_for(record.points_within(part.end_s).saturating_add(ahead));
         }
+        let steps = |t: &&Trial| t.record.steps_per_point * needed_substeps(t, &base);
         Self {
+            steps_per_point: trials.iter().map(steps).collect(),
             scales: data_scales(&trials, open, &base, &settings.data),
             trials,
             base,
@@ -399,6 +403,10 @@ impl Candidates for JointSystem<'_> {
         let open = self.open_points[experiment];
         // The time series is differentiated by central differences.
         if trial.points_for(until + 1) <= open { open } else { trial.points() }
+    }
+
+    fn steps(&self, experiment: usize, until: usize) -> usize {
+        self.simulated_points(experiment, until) * self.steps_per_point[experiment]
     }
 
     fn time_s(&self, experiment: usize, point: usize) -> f64 {

@@ -5,7 +5,7 @@ use super::system::JointSystem;
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
-use crate::search::Candidates;
+use crate::search::{Candidates, Work};
 use crate::settings::DiagnosisSettings;
 use crate::terms::{
     Definition, Factor, Function, Place, Term, TermSpace, Unit, Variable, VariableKind,
@@ -15,6 +15,7 @@ use pam_effects::effects::{AnyEffect, DataScales};
 use pam_effects::expression;
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Trial};
+use std::sync::Arc;
 
 /// Recordings of a joint, its model, candidates from a list, and whatever terms are asked for.
 pub(super) struct JointTerms<'a> {
@@ -32,6 +33,7 @@ pub(super) struct JointTerms<'a> {
     pub(super) settings: &'a DiagnosisSettings,
     variables: Vec<Variable>,
     places: Vec<Place>,
+    work: Arc<Work>,
 }
 
 /// Indices of the variables.
@@ -62,8 +64,10 @@ impl<'a> JointTerms<'a> {
         baseline: Option<BaselineDiscrepancy>,
         listed: Vec<&'static dyn AnyEffect>,
         settings: &'a DiagnosisSettings,
+        work: Arc<Work>,
     ) -> Self {
         let mut space = Self {
+            work,
             trials,
             open,
             in_parts: false,
@@ -98,6 +102,7 @@ impl<'a> JointTerms<'a> {
             settings: self.settings,
             variables: self.variables.clone(),
             places: self.places.clone(),
+            work: Arc::clone(&self.work),
         }
     }
 
@@ -128,6 +133,10 @@ impl TermSpace for JointTerms<'_> {
 
     fn places(&self) -> &[Place] {
         &self.places
+    }
+
+    fn work(&self) -> Arc<Work> {
+        Arc::clone(&self.work)
     }
 
     fn call_with(

@@ -114,6 +114,13 @@ const NO_BETTER: &str = "No smooth correction leaves as little of the validation
 pub(super) const UNCONFIRMED: &str =
     "The test set does not confirm the smooth correction that the validation data allow.";
 
+/// What is said where the search for causes has taken everything.
+const NOT_BEGUN: &str = "No smooth correction was fitted.";
+
+/// What is said as well where the search has ended early without a law.
+const SPENT: &str =
+    " The search ended early, after the work that the setting remainder.most_simulations allows.";
+
 /// What is said where nothing is left.
 pub(crate) const NOTHING_LEFT: &str =
     "The training and validation data hold nothing beside the named causes that could be learned.";
@@ -148,8 +155,12 @@ pub(crate) fn rest(
     let attempt = |k: usize, data: &Data<'_>| {
         rest_beside(data, verdict, &|share| done((k as f64 + share) / count))
     };
-    let found = attempt(0, data)?;
+    let mut found = attempt(0, data)?;
     if is_law(&found) {
+        return Ok(found);
+    }
+    if ground.budget.is_spent() && found.remainder.outcome != RemainderOutcome::NothingLeft {
+        found.remainder.sentence += SPENT;
         return Ok(found);
     }
     for (k, [whole, chosen]) in others.iter().enumerate() {
@@ -182,6 +193,9 @@ fn rest_beside(
         }
         return rest_beside(&Data::whole(whole, of_whole), verdict, done);
     }
+    if ground.budget.is_spent() {
+        return Ok(none(RemainderOutcome::NotLearned, NOT_BEGUN));
+    }
     let Some(learned) = learn(space, ground, &|share| done(0.3 * share))? else {
         let sentence = "No smooth correction removes a part of the error of the validation data that chance does not.";
         return Ok(none(RemainderOutcome::NotLearned, sentence));
@@ -203,7 +217,7 @@ fn rest_beside(
     let of_whole = Ground { noise: about_whole.noise.clone(), ..of_whole.clone() };
     if one_recording {
         let found = ended(whole, &of_whole, &in_whole, &about_whole, &[], None)?;
-        if found.remainder.outcome != RemainderOutcome::Correction {
+        if found.remainder.outcome != RemainderOutcome::Correction || of_whole.budget.is_spent() {
             return Ok(found);
         }
     }
@@ -361,10 +375,15 @@ fn search(
     let rpo = about.rows_per_observation;
     let mut searched = Searched::default();
     refine(space, ground, proposals(space, ground, &screen.sums, &[]), rpo, &mut searched)?;
-    vary(space, ground, about, &mut searched)?;
+    if !ground.budget.is_spent() {
+        vary(space, ground, about, &mut searched)?;
+    }
     let beside = beside_named(space, ground, &searched)?;
     refine(space, ground, beside, rpo, &mut searched)?;
     for round in 0..settings.rounds {
+        if ground.budget.is_spent() {
+            break;
+        }
         done(round as f64 / settings.rounds as f64);
         let Some(best) = preferred(&searched.tried, ground) else { break };
         let as_good =

@@ -30,6 +30,9 @@ pub(super) fn vary(
 ) -> Result<(), DiagnoseError> {
     let mut varied: Vec<Tried> = Vec::new();
     for _ in 0..=ground.settings.remainder.rounds {
+        if ground.budget.is_spent() {
+            break;
+        }
         let totals = |tried: &[Tried]| {
             let least = |t: Option<&Tried>| t.map_or(f64::INFINITY, |t| t.total);
             [least(tried.first()), least(tried.iter().find(|t| t.terms.len() == 1))]

@@ -5,7 +5,7 @@ use crate::diagnosis::Diagnosis;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Problem};
 use crate::noise::{Noise, NoisePrior};
-use crate::search::{Candidates, Rows};
+use crate::search::{Candidates, Rows, Work};
 use crate::settings::{DiagnosisSettings, RemainderSettings};
 use crate::verdict::{Cause, Verdict};
 use pam_numerics::statistics::{mean, positive_mean_p_value};
@@ -33,6 +33,29 @@ pub(crate) struct Ground<'a> {
     pub(crate) choices: usize,
     pub(crate) settings: &'a DiagnosisSettings,
     pub(crate) seed: u64,
+    pub(crate) budget: Budget,
+}
+
+/// What the search for corrections and laws may take.
+#[derive(Debug, Clone)]
+pub(crate) struct Budget {
+    /// What has been simulated, for causes as well.
+    pub(crate) work: Arc<Work>,
+    /// Largest work, in integration steps of the system without causes.
+    pub(crate) most_steps: f64,
+}
+
+impl Budget {
+    /// No limit.
+    pub(crate) fn unlimited(work: Arc<Work>) -> Self {
+        Self { work, most_steps: f64::INFINITY }
+    }
+
+    /// Whether nothing further is to be tried. What is asked between two parts of the search has the same answer at any number of
+    /// threads.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.work.steps() > self.most_steps
+    }
 }
 
 pub(crate) type Dyn<'s> = dyn Candidates + 's;

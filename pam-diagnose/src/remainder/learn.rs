@@ -33,7 +33,7 @@ pub(crate) fn learn(
     // A slow error is few observations beside the causes, and many beside what explains it.
     for _ in 0..AGAIN {
         let best = alone.iter().min_by(|a, b| a.1.validation.total_cmp(&b.1.validation));
-        let Some((_, best)) = best else { break };
+        let Some((_, best)) = best.filter(|_| !ground.budget.is_spent()) else { break };
         let rows = best.correlated_rows(space, ground)?;
         if rows > FEWER_ROWS * before.rows_per_observation {
             break;
@@ -49,7 +49,9 @@ pub(crate) fn learn(
         a.cmp(&b).then(cost_a.total_cmp(&cost_b))
     });
     let Some((family, mut best)) = best.cloned() else { return Ok(None) };
-    best = with_best_deviation(space, before, best)?;
+    if !ground.budget.is_spent() {
+        best = with_best_deviation(space, before, best)?;
+    }
     best = sparse(space, before, best)?;
     done(0.8);
     // What remembers or repeats may be all that there is: then no smooth terms tell where it acts. What remembers at one place may
@@ -61,7 +63,7 @@ pub(crate) fn learn(
         [(family, Some(best.clone()))].into_iter().chain(others).collect();
     let mut family = family;
     for (own, start) in starts {
-        if best.is_enough(ground) {
+        if best.is_enough(ground) || ground.budget.is_spent() {
             break;
         }
         let start = match start {
@@ -89,7 +91,7 @@ pub(crate) fn learn(
     for (other, found) in &alone {
         // Only what helps by itself helps beside something else.
         let helps = found.is_learned(ground);
-        if *other == family || !helps || best.is_enough(ground) {
+        if *other == family || !helps || best.is_enough(ground) || ground.budget.is_spent() {
             continue;
         }
         best = grown(space, before, best, smooth(*other, variables, places))?;

@@ -140,6 +140,10 @@ pub trait Candidates: Sync {
         let _ = until;
         self.points(experiment)
     }
+    /// Integration steps of a simulation where the grid points before `until` are asked for: a measure of what it takes.
+    fn steps(&self, experiment: usize, until: usize) -> usize {
+        self.simulated_points(experiment, until)
+    }
     /// Time of a grid point since the first, s.
     fn time_s(&self, experiment: usize, point: usize) -> f64;
     /// Time of the first grid point in the recording, s.

@@ -13,6 +13,7 @@ pub(crate) mod refit;
 mod remembered;
 mod rows;
 mod scored;
+mod work;
 
 pub use candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 pub(crate) use chosen::TIE;
@@ -21,3 +22,4 @@ pub(crate) use fits::stands;
 pub(crate) use remembered::Remembered;
 pub use rows::Rows;
 pub use scored::Scored;
+pub use work::Work;

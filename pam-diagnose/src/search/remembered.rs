@@ -1,6 +1,7 @@
 //! A system that keeps its most recently used simulations.
 
 use super::candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
+use super::work::Work;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Sensitivities};
 use pam_core::Latest;
@@ -19,6 +20,7 @@ pub(crate) struct Remembered<'a, C: ?Sized> {
     simulations: Latest<Key, Vec<Vec<f64>>>,
     /// With their windows.
     sensitivities: Latest<(Key, Range<usize>), Sensitivities>,
+    work: Arc<Work>,
 }
 
 /// The numbers that a result follows from.
@@ -70,12 +72,20 @@ impl Key {
 }
 
 impl<'a, C: Candidates + ?Sized> Remembered<'a, C> {
-    pub(crate) fn new(system: &'a C) -> Self {
+    /// Counts what is asked for, whether it was kept or not.
+    pub(crate) fn new(system: &'a C, work: Arc<Work>) -> Self {
         Self {
             system,
+            work,
             simulations: Latest::new(MOST_BYTES),
             sensitivities: Latest::new(MOST_BYTES),
         }
+    }
+
+    /// Counts a simulation with this number of derivatives.
+    fn count(&self, h: &Hypothesis, experiment: usize, until: usize, derivatives: usize) {
+        let values = h.members.iter().map(|m| m.values.len()).sum();
+        self.work.add(self.system.steps(experiment, until), values, derivatives);
     }
 
     fn key(&self, h: &Hypothesis, local: &[f64], experiment: usize, until: usize) -> Key {
@@ -182,6 +192,10 @@ impl<C: Candidates + ?Sized> Candidates for Remembered<'_, C> {
         self.system.simulated_points(experiment, until)
     }
 
+    fn steps(&self, experiment: usize, until: usize) -> usize {
+        self.system.steps(experiment, until)
+    }
+
     fn time_s(&self, experiment: usize, point: usize) -> f64 {
         self.system.time_s(experiment, point)
     }
@@ -225,6 +239,7 @@ impl<C: Candidates + ?Sized> Candidates for Remembered<'_, C> {
         experiment: usize,
         until: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        self.count(hypothesis, experiment, until, 0);
         let key = self.key(hypothesis, local, experiment, until);
         if let Some((_, found)) = self.simulations.find(|k| k.is(&key).then_some(())) {
             return Ok(Vec::clone(&found));
@@ -241,6 +256,9 @@ impl<C: Candidates + ?Sized> Candidates for Remembered<'_, C> {
         experiment: usize,
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
+        let nuisances = self.shared().len() + self.local().len();
+        let derivatives = hypothesis.parameters(self.system).len() + nuisances;
+        self.count(hypothesis, experiment, window.end, derivatives);
         let key = self.key(hypothesis, local, experiment, window.end);
         let key = Key { fixed: hypothesis.fixed, ..key };
         self.of_window(key, window.clone(), || {
@@ -256,6 +274,8 @@ impl<C: Candidates + ?Sized> Candidates for Remembered<'_, C> {
         experiment: usize,
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
+        let derivatives = hypothesis.parameters(self.system).len();
+        self.count(hypothesis, experiment, window.end, derivatives);
         self.system.parameter_sensitivities(hypothesis, local, experiment, window)
     }
 

@@ -459,6 +459,9 @@ settings! {
         /// Total length of all training and validation recordings, in the same proportion, up to which all of them are learned from if
         /// the pieces, each with an offset of its own, show no error and the recordings do.
         most_slow_s: f64 = 80.0, "s", COST, TIME;
+        /// Work of the diagnosis of a single recording after which no further corrections and laws are tried, as simulations of it without
+        /// effects in steps of 4 ms, or of 70 s if it is shorter. Several recordings have no limit.
+        most_simulations: f64 = 3500.0, "simulations", COST, TIME;
         /// Length of the shortest of these pieces.
         piece_s: f64 = 6.0, "s", POSITIVE, TIME;
         /// Prior standard deviation of the offset of the first pressure samples of a piece: what remembers the time before it is

@@ -4,7 +4,8 @@ use super::definition::Definition;
 use super::term::Term;
 use super::unit::Unit;
 use crate::error::DiagnoseError;
-use crate::search::{Candidates, Remembered};
+use crate::search::{Candidates, Remembered, Work};
+use std::sync::Arc;
 
 /// A quantity that terms may depend on.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,6 +120,11 @@ pub trait TermSpace: Sync {
     /// Where terms may act.
     fn places(&self) -> &[Place];
 
+    /// What counts the simulations of its systems.
+    fn work(&self) -> Arc<Work> {
+        Arc::default()
+    }
+
     /// Calls `then` once with the system whose candidates are its own and, behind them, these definitions.
     ///
     /// # Errors
@@ -159,7 +165,7 @@ impl dyn TermSpace + '_ {
         let (mut then, mut made) = (Some(then), None);
         self.call_with(definitions, &mut |system| {
             if let Some(then) = then.take() {
-                made = Some(then(&Remembered::new(system))?);
+                made = Some(then(&Remembered::new(system, self.work()))?);
             }
             Ok(())
         })?;
