@@ -9,6 +9,7 @@ use pam_effects::ExtendedModel;
 use pam_tests::diagnose::{diagnosed, plant_runs};
 use pam_tests::magnitudes::at_strength;
 use pam_tests::plant::{Excitation, Hidden, Noise, Sensors};
+use pam_tests::study::{design, outcome};
 use pam_tests::{published, published_weights, run, stdout_of, text};
 use serde_json::Value;
 use std::path::Path;
@@ -74,6 +75,19 @@ fn thin(recording: &mut Recording, every: usize) {
 
 pub(crate) fn read_json(path: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Friction that grows with the load is Coulomb friction at one pressure, and the screening beside a drift of the stiffness does not see
+/// that: it is linear about another friction. The two are fitted in each other's place all the same.
+#[test]
+fn frictions_that_one_pressure_does_not_tell_apart_are_listed_together() {
+    let design = design::full();
+    let case = design.iter().find(|c| c.id == "pairs-075").expect("a case of the study");
+    let (outcome, _) = outcome::run(case);
+    for id in ["load_friction", "stiffness_drift"] {
+        assert!(outcome.names(id), "{id}: {}", outcome.headline_text());
+    }
+    assert_eq!(outcome.superfluous(), 0, "{}", outcome.headline_text());
 }
 
 #[test]

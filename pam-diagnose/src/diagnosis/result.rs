@@ -69,7 +69,7 @@ pub struct Diagnosis<M> {
     pub verdict: Verdict,
     /// Named causes, the largest share of the error first.
     pub causes: Vec<Cause>,
-    /// Causes that are certain but remove next to nothing of the error.
+    /// Causes that remove next to nothing of the error, or may be there by chance beside larger ones.
     pub minor: Vec<Cause>,
     /// Reasons against `explained`, or for an error without a name, in sentences.
     pub reasons: Vec<String>,

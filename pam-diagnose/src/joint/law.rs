@@ -96,7 +96,8 @@ pub(super) fn from_trials(
     let baseline = found.model.baseline.clone();
     let work = Arc::new(Work::starting_at(found.work_steps));
     let budget = budget(roles, trials, settings, &work);
-    let space = JointTerms::new(all, open, base, &model.effects, baseline, listed, settings, work);
+    let space = JointTerms::new(all, open, base, &model.effects, baseline, listed, settings)
+        .counted_by(&work);
     let ground = Ground {
         roles,
         noise: Noise::white(&noise),

@@ -64,10 +64,8 @@ impl<'a> JointTerms<'a> {
         baseline: Option<BaselineDiscrepancy>,
         listed: Vec<&'static dyn AnyEffect>,
         settings: &'a DiagnosisSettings,
-        work: Arc<Work>,
     ) -> Self {
         let mut space = Self {
-            work,
             trials,
             open,
             in_parts: false,
@@ -78,6 +76,7 @@ impl<'a> JointTerms<'a> {
             settings,
             variables: Vec::new(),
             places: Vec::new(),
+            work: Arc::default(),
         };
         let scales = space.system().scales().clone();
         let longest_s = space.trials.iter().map(|t| t.record.duration_s()).fold(0.0, f64::max);
@@ -87,6 +86,11 @@ impl<'a> JointTerms<'a> {
         space.variables = variables(&scales, longest_s);
         space.places = places(&scales, air_g);
         space
+    }
+
+    /// The same with a count of its simulations.
+    pub(super) fn counted_by(self, work: &Arc<Work>) -> Self {
+        Self { work: Arc::clone(work), ..self }
     }
 
     /// The same for parts of the recordings, with the variables and places of the whole.

@@ -118,3 +118,46 @@ fn best_of_each(mut all: Vec<Subset<'_>>) -> Vec<Subset<'_>> {
     all.retain(|s| known.insert(s.starts.iter().map(|s| s.candidate).collect::<Vec<_>>()));
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pam_numerics::SquareMatrix;
+
+    /// One direction for each candidate, as explicit columns, and a residual.
+    fn linearised(columns: &[[f64; 3]], residual: [f64; 3]) -> Linearised {
+        let n = columns.len();
+        let mut gram = SquareMatrix::zeros(n);
+        for (i, a) in columns.iter().enumerate() {
+            for (j, b) in columns.iter().enumerate() {
+                gram[(i, j)] = dot(a, b);
+            }
+        }
+        let start = |k: usize| Start { candidate: k, values: vec![1.0], directions: k..k + 1 };
+        Linearised {
+            starts: (0..n).map(start).collect(),
+            gram,
+            right: columns.iter().map(|c| dot(c, &residual)).collect(),
+            blocks: Vec::new(),
+            residual: dot(&residual, &residual),
+            usable: vec![true; n],
+        }
+    }
+
+    /// Cosines of 0.995, 0.8 and 0 with the first column.
+    #[test]
+    fn what_is_nearly_parallel_imitates() {
+        let all = linearised(
+            &[[1.0, 0.0, 0.0], [0.995, 0.1, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]],
+            [1.0; 3],
+        );
+        let of = |share: f64, k: usize| -> Vec<usize> {
+            all.imitators(share, 2).of(k).iter().map(|(candidate, _)| *candidate).collect()
+        };
+        assert_eq!(of(0.9, 0), [1]);
+        assert_eq!(of(0.6, 0), [1, 2]);
+        assert_eq!(of(0.9, 3), [0_usize; 0]);
+        assert_eq!(all.imitators(0.6, 1).of(0).len(), 1);
+        assert!(all.imitators(0.9, 2).of(17).is_empty());
+    }
+}

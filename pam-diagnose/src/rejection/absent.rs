@@ -63,3 +63,32 @@ pub(crate) fn vague<C: Candidates + ?Sized>(problem: &Problem<'_, C>, cause: &Ca
     let narrow = |i: &Interval| i.ci95[1] <= ratio * i.ci95[0];
     infos.iter().zip(&cause.parameters).any(|(p, (_, i))| p.logarithmic && !narrow(i))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_absent(value: f64, half_width: f64, probability: f64) -> bool {
+        let info = ParameterInfo::linear("force_n", [-10.0, 10.0]);
+        let interval = Interval { value, ci95: [value - half_width, value + half_width] };
+        may_be_absent([(&info, interval)], |_, _| 1.0, |_| 0.0, probability)
+    }
+
+    /// 1.96 standard deviations are 95 %, and 3.12 are all but 5 % of 28 candidates.
+    #[test]
+    fn a_region_of_many_candidates_is_wider() {
+        assert!(is_absent(0.9, 1.0, OF_INTERVALS));
+        assert!(!is_absent(1.1, 1.0, OF_INTERVALS));
+        let of_all = 1.0 - 0.05 / 28.0;
+        assert!(is_absent(1.55, 1.0, of_all));
+        assert!(!is_absent(1.65, 1.0, of_all));
+    }
+
+    /// A cause without a parameter that switches it off is there.
+    #[test]
+    fn a_scale_alone_is_never_absent() {
+        let info = ParameterInfo::scale("time_constant_s", [0.01, 10.0]);
+        let interval = Interval { value: 1.0, ci95: [0.0, 2.0] };
+        assert!(!may_be_absent([(&info, interval)], |_, _| 1.0, |_| 0.0, OF_INTERVALS));
+    }
+}

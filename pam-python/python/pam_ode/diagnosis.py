@@ -91,7 +91,7 @@ class Diagnosis:
     sentence: str
     #: Named causes, the largest share of the error first.
     causes: tuple[Cause, ...]
-    #: Causes that are certain but remove next to nothing of the error.
+    #: Causes that remove next to nothing of the error, or may be there by chance beside larger ones.
     minor: tuple[Cause, ...]
     #: Reasons against the verdict `explained`, in sentences.
     reasons: tuple[str, ...]
