@@ -68,6 +68,9 @@ impl Linearised {
                 step.iter().zip(&directions[i]).map(|(x, &j)| x * self.gram[(k, j)]).sum()
             };
             let size = dot(&step, &directions[i].iter().map(|&k| with(k)).collect::<Vec<_>>());
+            if size <= 0.0 {
+                continue;
+            }
             let held = |j: usize| {
                 let products: Vec<f64> = directions[j].iter().map(|&k| with(k)).collect();
                 self.solved(&directions[j], &products).map_or(0.0, |x| dot(&x, &products))
@@ -159,5 +162,8 @@ mod tests {
         assert_eq!(of(0.9, 3), [0_usize; 0]);
         assert_eq!(all.imitators(0.6, 1).of(0).len(), 1);
         assert!(all.imitators(0.9, 2).of(17).is_empty());
+        // Of what does nothing, nothing is known.
+        let none = linearised(&[[0.0; 3], [1.0, 0.0, 0.0]], [1.0; 3]);
+        assert!(none.imitators(0.9, 2).of(0).is_empty());
     }
 }
