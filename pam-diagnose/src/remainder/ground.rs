@@ -98,6 +98,7 @@ pub(crate) fn most_left(verdict: Verdict, settings: &RemainderSettings) -> f64 {
 
 impl Ground<'_> {
     /// The same for parts of the experiments with roles of their own; `whole` gives the experiment of each part.
+    #[cfg(feature = "joint")]
     pub(crate) fn of_parts<'r>(&self, roles: &'r Roles, whole: &[usize]) -> Ground<'r>
     where
         Self: 'r,

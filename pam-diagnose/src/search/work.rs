@@ -16,6 +16,7 @@ const DERIVATIVES: u64 = 80;
 
 impl Work {
     /// A count that goes on from another one.
+    #[cfg(feature = "joint")]
     pub(crate) fn starting_at(steps: f64) -> Self {
         Self(AtomicU64::new((steps * (OF_A_STEP * DERIVATIVES) as f64) as u64))
     }
@@ -45,6 +46,7 @@ mod tests {
         assert_eq!(work.steps(), 3000.0);
         work.add(1000, 0, 80);
         assert_eq!(work.steps(), 5000.0);
+        #[cfg(feature = "joint")]
         assert_eq!(Work::starting_at(5000.0).steps(), 5000.0);
     }
 }
