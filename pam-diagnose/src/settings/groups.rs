@@ -294,7 +294,7 @@ settings! {
         /// Cells of a block whose sign is drawn at once in the test against chance.
         block_cells: usize = 2, "cells", COUNT, USUAL;
         /// Draws of that test.
-        draws: usize = 200, "draws", [20.0, 1e6], USUAL;
+        draws: usize = 200, "draws", [20.0, 1e4], USUAL;
         /// Quantile of the largest score by chance that a time must exceed.
         probability: f64 = 0.99, "–", [0.5, 0.9999], USUAL;
         /// Odds that a set with a time must reach against those without.
@@ -439,7 +439,7 @@ settings! {
         /// Iterations of the fit of a named effect to the baseline recordings.
         baseline_iterations: usize = 6, "iterations", COUNT, TIME;
         /// Resamplings of the bootstrap of the error reduction.
-        resamples: usize = 1000, "draws", [40.0, 1e6], USUAL;
+        resamples: usize = 1000, "draws", [40.0, 1e5], USUAL;
         /// Fewest blocks of one excitation frequency of a recording in the bootstrap.
         stratum_blocks: usize = 3, "blocks", COUNT, STUDIES;
         /// Shortest block of the bootstrap of the joint.
@@ -463,7 +463,7 @@ settings! {
         /// effects in steps of 4 ms, or of 70 s if it is shorter. Several recordings have no limit.
         most_simulations: f64 = 3500.0, "simulations", COST, TIME;
         /// Length of the shortest of these pieces.
-        piece_s: f64 = 6.0, "s", POSITIVE, TIME;
+        piece_s: f64 = 6.0, "s", [0.5, 1e6], TIME;
         /// Prior standard deviation of the offset of the first pressure samples of a piece: what remembers the time before it is
         /// unknown there.
         piece_offset_kpa: f64 = 5.0, "kPa", POSITIVE, STUDIES;
