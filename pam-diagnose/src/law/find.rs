@@ -114,10 +114,10 @@ const NO_BETTER: &str = "No smooth correction leaves as little of the validation
 pub(super) const UNCONFIRMED: &str =
     "The test set does not confirm the smooth correction that the validation data allow.";
 
-/// What is said where the search for causes has taken everything.
+/// Sentence of the report if the search for causes has used up the budget.
 const NOT_BEGUN: &str = "No smooth correction was fitted.";
 
-/// What is said as well where the search has ended early without a law.
+/// Sentence that is added if the budget ends the search before it finds a law.
 const SPENT: &str =
     " The search ended early, after the work that the setting remainder.most_simulations allows.";
 

@@ -36,10 +36,10 @@ pub(crate) struct Ground<'a> {
     pub(crate) budget: Budget,
 }
 
-/// What the search for corrections and laws may take.
+/// Simulation budget of the search for corrections and laws.
 #[derive(Debug, Clone)]
 pub(crate) struct Budget {
-    /// What has been simulated, for causes as well.
+    /// Work so far, including the search for causes.
     pub(crate) work: Arc<Work>,
     /// Largest work, in integration steps of the system without causes.
     pub(crate) most_steps: f64,
@@ -51,8 +51,7 @@ impl Budget {
         Self { work, most_steps: f64::INFINITY }
     }
 
-    /// Whether nothing further is to be tried. What is asked between two parts of the search has the same answer at any number of
-    /// threads.
+    /// Whether the budget is used up. Between two stages of the search the answer does not depend on the number of threads.
     pub(crate) fn is_spent(&self) -> bool {
         self.work.steps() > self.most_steps
     }

@@ -72,7 +72,7 @@ impl Key {
 }
 
 impl<'a, C: Candidates + ?Sized> Remembered<'a, C> {
-    /// Counts what is asked for, whether it was kept or not.
+    /// `work` counts every request, whether it is answered from the cache or not.
     pub(crate) fn new(system: &'a C, work: Arc<Work>) -> Self {
         Self {
             system,

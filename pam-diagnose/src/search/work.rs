@@ -1,17 +1,17 @@
-//! How much is simulated.
+//! The computational cost of simulations.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A count of what simulations take, which is the same on every machine and with any number of threads.
+/// The computational cost of simulations, counted so that it is the same on every machine and with any number of threads.
 ///
-/// A step counts as `(2 + v)(1 + d / 80)` with the number `v` of fitted values and `d` derivatives: about what it takes relative to half
+/// A step costs `(2 + v)(1 + d / 80)`, with the number `v` of fitted values and `d` of derivatives: a fit to measured times, in units of half
 /// a step of the model without effects.
 #[derive(Debug, Default)]
 pub struct Work(AtomicU64);
 
-/// What a step takes beside its values.
+/// Cost of a step without fitted values.
 const OF_A_STEP: u64 = 2;
-/// Derivatives that take as much as the values.
+/// Number of derivatives that cost as much as the values themselves.
 const DERIVATIVES: u64 = 80;
 
 impl Work {

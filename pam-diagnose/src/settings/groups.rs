@@ -220,9 +220,9 @@ settings! {
         additions: usize = 4, "candidates", COUNT, TIME;
         /// Candidates that are fitted in place of a member.
         exchanges: usize = 6, "candidates", COUNT, TIME;
-        /// Candidates that do nearly the same as a member and are fitted in its place whatever the screening says.
+        /// Imitators of a member, candidates with nearly the same response, that are fitted in its place whatever the screening says.
         imitators: usize = 3, "candidates", COUNT, TIME;
-        /// Share of what a candidate does to the outputs, to first order, that such a candidate does.
+        /// Least share of a candidate's first-order response that another candidate must reproduce to count as its imitator.
         imitated_share: f64 = 0.9, "–", SHARE, STUDIES;
         /// Pairs that are fitted in place of a member.
         exchanges_for_two: usize = 2, "pairs", COUNT, TIME;

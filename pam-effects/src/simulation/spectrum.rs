@@ -1,10 +1,9 @@
-//! How fast a measured motion is.
+//! The power spectrum of a measured motion.
 
 use pam_numerics::fourier::power_of_pieces;
 use std::f64::consts::TAU;
 
-/// Highest frequency at which motion is resolved, Hz: the published loader reaches 8 Hz. What is faster counts as motion of this
-/// frequency.
+/// Highest frequency that is resolved, Hz: the published loader reaches 8 Hz. Power above it is counted at this frequency.
 const HIGHEST_HZ: f64 = 10.0;
 /// Width of a band of frequencies, Hz.
 const BAND_HZ: f64 = 0.25;

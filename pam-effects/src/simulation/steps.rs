@@ -3,7 +3,7 @@
 //! The mechanics near an operating point is `δẍ = −s δx − d δẋ` with `s = (∂f/∂x)/m` and `d = (∂f/∂ẋ + B)/m`, hence two modes
 //! `ẏ = λ y + u` with `λ = −d/2 ± √(d²/4 − s)`. A step of h multiplies a mode by the method's stability function `R(λh)`, and
 //! answers a steady `u = exp(iωt)` with a gain that differs from `1/(iω − λ)`. Both are known numbers, so the step follows
-//! from what is asked: modes that die out, and gains that are right where the measured motion has its power. The gain's
+//! from two requirements: decaying modes decay, and the gain is accurate at the frequencies of the measured motion. The gain's
 //! error bounds that of a resonance's frequency, too: the gain has its pole there.
 
 use super::base::BaseForce;
@@ -13,10 +13,10 @@ use num_complex::Complex64;
 
 /// Longest step, s: four samples of a log at 1 kHz, 31 steps in a period of 8 Hz.
 pub(super) const LONGEST_S: f64 = 4e-3;
-/// Error of the motion by that of the gain, relative to the motion; root mean squares over its spectrum. It is 10 nm of a motion of
+/// Largest relative error of the motion due to the error of the gain, as root mean square over the spectrum of the motion: 10 nm of
 /// 1 mm, a fiftieth of a step of the finest encoder.
 const GAIN_ERROR: f64 = 1e-5;
-/// Relative error of what a mode keeps in a step from which it does not die out as it should.
+/// Relative tolerance of the growth factor of a mode in a step, for modes that decay slowly or grow.
 const KEPT_ERROR: f64 = 1e-4;
 /// Most that a dying mode may keep in a step: a margin to the limit 1 of stability.
 const LARGEST_KEPT: f64 = 0.95;
