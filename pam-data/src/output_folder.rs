@@ -20,8 +20,8 @@ pub const RUN_RECORD: &str = "run.json";
 
 /// Temporary files in a shared folder that are older than this belong to nobody.
 const ABANDONED: Duration = Duration::from_secs(3600);
-/// Depth of the folders that are searched for temporary files.
-const DEPTH: usize = 4;
+/// Depth of the folders that are searched for temporary files; the deepest one of a sweep is `cells/ID/work/stages`.
+const DEPTH: usize = 8;
 
 /// How many programs may work in a folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

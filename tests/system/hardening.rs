@@ -76,9 +76,15 @@ fn two_programs_do_not_write_to_one_folder() {
     refused(evaluate, &["out", "another program"]);
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1, "the lock alone");
     drop(held);
-    // What a killed program left is removed.
-    std::fs::create_dir_all(out.join("predictions")).unwrap();
-    let left = [out.join(".pam-1234"), out.join("predictions/.pam-5"), out.join(LOCK_FILE)];
+    // What a killed program left is removed, also in the deepest folder that a command writes to.
+    let (predictions, stages) = (out.join("predictions"), out.join("cells/5f/work/stages"));
+    [&predictions, &stages].iter().for_each(|at| std::fs::create_dir_all(at).unwrap());
+    let left = [
+        out.join(".pam-1234"),
+        predictions.join(".pam-5"),
+        stages.join(".pam-6"),
+        out.join(LOCK_FILE),
+    ];
     left.iter().for_each(|path| std::fs::write(path, "half").unwrap());
     let _ = message(evaluate, 0);
     assert!(left.iter().all(|path| !path.exists()));
