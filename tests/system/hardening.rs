@@ -273,6 +273,18 @@ fn impossible_settings_and_names_are_refused() {
     );
     let message = String::from_utf8(ended(&["ablate", text(&sweep), "--list"]).stderr).unwrap();
     assert!(message.contains("100000000") && message.contains("cells"), "{message}");
+
+    let longer = f.file("run.csv", small_csv(4000));
+    let diagnose =
+        ["diagnose", "--accept", "--no-law", "--data", text(&longer), "--out", text(&out)];
+    for (settings, part) in [
+        ("burn_out_s = 1e12", "validation"),
+        ("points_per_row = 1000000", "training"),
+        ("kept_share = 0.05\nburn_out_s = 0.3", "test"),
+    ] {
+        let file = f.file("settings.toml", format!("[data]\n{settings}\n"));
+        refused(&[&diagnose[..], &["--settings", text(&file)]].concat(), &["run", "row", part]);
+    }
 }
 
 /// The limit on the wall clock ends whatever runs.

@@ -86,6 +86,9 @@ fn findings(
     let system: &(dyn Candidates + '_) = &remembered;
     let noise = Noise::white(&prepared.noise);
     let mut rows = Rows::of(roles, system, &noise, prepared.prior.clone(), settings);
+    rows.choosing.train.check_rows("training")?;
+    rows.choosing.validation.check_rows("validation")?;
+    roles.test(system, &noise, settings).check_rows()?;
     // The model alone must be able to run at all.
     rows.whole.errors(&rows.whole.base())?;
     let searching = |s| progress(Stage::Searching, s);

@@ -144,6 +144,24 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         self.windows[place].len() / self.system.points_per_row()
     }
 
+    /// Checks that every experiment has a row, for a role that the error names.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::TooLittle`] naming the first experiment without one.
+    pub(crate) fn check_rows(&self, role: &str) -> Result<(), DiagnoseError> {
+        let Some(place) = (0..self.len()).find(|&place| self.rows(place) == 0) else {
+            return Ok(());
+        };
+        Err(DiagnoseError::TooLittle(format!(
+            "recording `{}` has no row of {} grid points for {role} data between its first {} s and its last {} s; give longer \
+             recordings, or other values of the settings `data`",
+            self.system.name(self.experiments[place]),
+            self.system.points_per_row(),
+            self.system.burn_in_s(),
+            self.system.burn_out_s()
+        )))
+    }
+
     /// Time between two rows of an experiment, s; infinite for a window without extent.
     pub(crate) fn row_s(&self, place: usize) -> f64 {
         let (e, w) = (self.experiments[place], &self.windows[place]);

@@ -313,7 +313,7 @@ fn edges(cells: &[Cells], margin: usize) -> Vec<(Edge, Vec<Range<usize>>)> {
         }
     };
     let Some(longest) = cells.iter().max_by_key(|c| c.len()) else { return all };
-    for &time_s in &longest.starts_s[1..] {
+    for &time_s in longest.starts_s.iter().skip(1) {
         let at: Vec<usize> = cells.iter().map(|c| c.before(time_s)).collect();
         add(Pattern::Shared, at, vec![time_s; cells.len()]);
     }

@@ -211,7 +211,7 @@ fn neighbours<C: Candidates + ?Sized>(
         for (candidate, values) in imitators.of(best.hypothesis().members[place].candidate) {
             let is_known = |h: &Hypothesis| h.contains(*candidate);
             if !is_known(&rest) && !others.iter().any(is_known) {
-                others.push(rest.with(*candidate, values));
+                others.push(rows.at_best_amplitude(rest.with(*candidate, values)));
             }
         }
         let mut sets = rows.fit_all(others, Some(best));

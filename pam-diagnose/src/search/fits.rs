@@ -68,6 +68,31 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         sets
     }
 
+    /// A hypothesis with the amplitudes of its last member made larger by the factor of the settings at which it costs the training
+    /// rows least: where responses are far from linear, a fit from small amplitudes may not come to large ones.
+    pub(super) fn at_best_amplitude(&self, start: Hypothesis) -> Hypothesis {
+        let train = &self.choosing.train;
+        let cost = |h: &Hypothesis| train.errors(h).map_or(f64::INFINITY, |e| train.cost(h, &e));
+        let mut all = vec![start];
+        for factor in self.whole.settings.search.amplitude_factors {
+            let mut larger = all[0].clone();
+            let Some(member) = larger.members.last_mut() else { break };
+            let infos = self.whole.system.candidate(member.candidate).parameters;
+            for (value, info) in member.values.iter_mut().zip(infos) {
+                if let (Some(off), false) = (info.off, info.logarithmic) {
+                    let [low, high] = info.range;
+                    *value = (off + factor * (*value - off)).clamp(low, high);
+                }
+            }
+            if larger.members != all[0].members {
+                all.push(larger);
+            }
+        }
+        let costs = parallel::map_each(all, |h| (cost(&h), h));
+        let best = costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        best.expect("the start is among them").1
+    }
+
     /// Difference of minus two times the logarithm of the probability below which sets may be confused.
     pub(super) fn confusable_cost(&self) -> f64 {
         2.0 * self.whole.settings.verdict.confusable_odds.ln()

@@ -213,7 +213,7 @@ settings! {
         /// Candidates that are fitted alone.
         singles: usize = 8, "candidates", COUNT, TIME;
         /// Pairs that are fitted after the screening.
-        pairs: usize = 4, "pairs", COUNT, TIME;
+        pairs: usize = 4, "pairs", [0.0, 100.0], TIME;
         /// Starting values of each candidate, the best of the first screening, that are screened in addition to a set.
         starts: usize = 2, "values", COUNT, TIME;
         /// Candidates that are fitted in addition to a set.
@@ -221,11 +221,13 @@ settings! {
         /// Candidates that are fitted in place of a member.
         exchanges: usize = 6, "candidates", COUNT, TIME;
         /// Imitators of a member, candidates with nearly the same response, that are fitted in its place whatever the screening says.
-        imitators: usize = 3, "candidates", COUNT, TIME;
+        imitators: usize = 6, "candidates", COUNT, TIME;
         /// Least share of a candidate's first-order response that another candidate must reproduce to count as its imitator.
         imitated_share: f64 = 0.9, "–", SHARE, STUDIES;
+        /// Factors on the amplitudes of an imitator's starting values, of which the best is taken.
+        amplitude_factors: [f64; 3] = [2.0, 4.0, 8.0], "–", POSITIVE, STUDIES;
         /// Pairs that are fitted in place of a member.
-        exchanges_for_two: usize = 2, "pairs", COUNT, TIME;
+        exchanges_for_two: usize = 2, "pairs", [0.0, 100.0], TIME;
         /// Sets of the round before that are fitted again with the noise of the present one.
         rivals: usize = 4, "sets", COUNT, TIME;
         /// Power of the share of the error that a set leaves to first order which it may leave when it is fitted: only sets
@@ -453,9 +455,9 @@ settings! {
         /// Total length of the joint's training and validation recordings from which corrections are learned and laws are selected;
         /// shorter in proportion where a step of 4 ms needs more than two integration steps. Longer recordings are represented by
         /// pieces that cover the motion; the selected laws are fitted to all rows.
-        most_s: f64 = 20.0, "s", POSITIVE, TIME;
+        most_s: f64 = 20.0, "s", [1.0, 1e6], TIME;
         /// The same of one recording: longer motion of the same pressures repeats itself.
-        most_of_one_s: f64 = 10.0, "s", POSITIVE, TIME;
+        most_of_one_s: f64 = 10.0, "s", [1.0, 1e6], TIME;
         /// Total length of all training and validation recordings, in the same proportion, up to which all of them are learned from if
         /// the pieces, each with an offset of its own, show no error and the recordings do.
         most_slow_s: f64 = 80.0, "s", COST, TIME;

@@ -84,6 +84,14 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         Self { problem, same_experiments }
     }
 
+    /// Checks that every recording has a row.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::TooLittle`] naming the first one without.
+    pub(crate) fn check_rows(&self) -> Result<(), DiagnoseError> {
+        self.problem.check_rows("test")
+    }
+
     /// The test rows with what nuisances of their own recordings would take out of a hypothesis.
     ///
     /// # Errors
