@@ -11,6 +11,9 @@ const SMOOTH: f64 = 0.25;
 /// Lead of the force (samples) below which it counts as held.
 const HELD: f64 = 0.05;
 
+/// Noise of the force (N) that is not 0.00 when it is printed.
+const LEAST_SHOWN_N: f64 = 0.005;
+
 /// Share of an effect of the baseline recordings below which it is mentioned.
 const WHOLE: f64 = 0.995;
 
@@ -33,7 +36,7 @@ impl ReportModel for DiagnosedJoint {
                 @if self.force_lead_samples > SMOOTH {
                     " Read it with " code { "--input linear" } " in commands that predict."
                 }
-                @if let Some(noise_n) = self.force_noise_n {
+                @if let Some(noise_n) = self.force_noise_n.filter(|n| *n >= LEAST_SHOWN_N) {
                     " " (number(noise_n, 2)) " N of the measured force are noise, at frequencies that the excitation does not have: the joint did "
                     "not respond to them."
                 }
