@@ -5,6 +5,8 @@
 //! cargo run --release -p pam-tests --features studies --example extremes -- --out results/hardening/extremes.json
 //! ```
 //!
+//! With `--settings` the model is the default one, and each setting of a diagnosis is at either end of its range.
+//!
 //! The models are the published one with weights, activation, parameters, geometry or damping changed by many orders of
 //! magnitude. Recordings are those of the virtual rig, 70 s long. A run is sound if it ends with an exit code of its own,
 //! an error names itself, and neither takes more than 10 s: of CPU time on one thread, or on the wall on several
@@ -14,9 +16,10 @@ use clap::Parser;
 use pam_core::{Activation, AnyForce, Mlp, NetworkForce, ParametricForce};
 use pam_data::models::save_model;
 use pam_data::{SavedModel, load_model};
+use pam_diagnose::DiagnosisSettings;
 use pam_tests::fuzz::LONGEST;
 use pam_tests::{ended_within, published_weights, text};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
@@ -29,7 +32,7 @@ struct Arguments {
     /// Where the times go
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Only models whose name contains this
+    /// Only models or settings whose name contains this
     #[arg(long, default_value = "")]
     model: String,
     /// Only these commands, separated by commas
@@ -38,6 +41,9 @@ struct Arguments {
     /// Threads of the program
     #[arg(long, default_value_t = 1)]
     threads: usize,
+    /// Settings of a diagnosis in the place of models
+    #[arg(long)]
+    settings: bool,
 }
 
 /// The commands; `DATA` are the recordings, `OUT` is the output.
@@ -53,6 +59,24 @@ const COMMANDS: &[(&str, &str)] = &[
     ("diagnose", "diagnose --accept --data DATA --out OUT"),
     ("diagnose without a law", "diagnose --accept --no-law --data DATA --out OUT"),
 ];
+
+/// Groups of settings that matter to laws alone; the others are tried without.
+const OF_LAWS: &str = "remainder.";
+
+/// Each setting of a diagnosis at either end of its range, as arguments.
+fn settings() -> Vec<String> {
+    let defaults = serde_json::to_value(DiagnosisSettings::default()).expect("settings are JSON");
+    let all = DiagnosisSettings::ranges().into_iter().flat_map(|(key, range)| {
+        let default = &defaults[key.split('.').next().unwrap_or_default()]
+            [key.split('.').nth(1).unwrap_or_default()];
+        range.map(|value| match default {
+            Value::Array(all) => format!("{key}={:?}", vec![value; all.len()]),
+            Value::Number(n) if n.is_u64() => format!("{key}={value:.0}"),
+            _ => format!("{key}={value:?}"),
+        })
+    });
+    all.collect()
+}
 
 /// Longest time on the wall, which a busy machine stretches.
 const PATIENCE: Duration = Duration::from_secs(180);
@@ -111,6 +135,47 @@ fn command(program: &Path, line: &str, (data, out): (&Path, &Path), threads: usi
     command
 }
 
+/// How runs ended.
+#[derive(Default)]
+struct Tally {
+    answers: usize,
+    refusals: usize,
+    slowest: (f64, String),
+    wrong: Vec<(String, String)>,
+}
+
+impl Tally {
+    /// Runs a command to its end.
+    fn add(&mut self, what: &str, mut command: Command, threads: usize) {
+        let (before_s, start) = (children_s(), Instant::now());
+        let mut child = command.spawn().expect("the program starts");
+        if ended_within(&mut child, PATIENCE).is_none() {
+            child.kill().expect("the child can be ended");
+        }
+        let output = child.wait_with_output().expect("the program ends");
+        let took_s = match threads {
+            1 => children_s() - before_s,
+            _ => start.elapsed().as_secs_f64(),
+        };
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        let refused = message.contains("error: ") && !message.contains("panicked");
+        if took_s > LONGEST.as_secs_f64() {
+            self.wrong.push((what.to_owned(), format!("{took_s:.1} s")));
+        } else {
+            match output.status.code() {
+                Some(0 | 3) => self.answers += 1,
+                Some(1) if refused => self.refusals += 1,
+                code => {
+                    self.wrong.push((what.to_owned(), format!("exit {code:?}: {}", message.trim())))
+                }
+            }
+        }
+        if took_s > self.slowest.0 {
+            self.slowest = (took_s, what.to_owned());
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let program = std::path::absolute(&arguments.program).expect("the program has a path");
@@ -121,48 +186,37 @@ fn main() -> ExitCode {
     assert!({ record }.status().expect("the program starts").success(), "no recordings");
     let file = folder.path().join("model.safetensors");
     let (mut runs, mut wrong, mut by_command) = (0, Vec::new(), serde_json::Map::new());
-    let models = models();
+    let models = if arguments.settings { Vec::new() } else { models() };
+    let settings = if arguments.settings { settings() } else { Vec::new() };
     for (name, line) in COMMANDS {
         if !arguments.only.is_empty() && !arguments.only.iter().any(|n| n == name) {
             continue;
         }
-        let (mut answers, mut refusals, mut slowest) = (0, 0, (0.0, ""));
-        for (model, saved) in models.iter().filter(|(n, _)| n.contains(&arguments.model)) {
-            save_model(&file, saved).expect("the model can be written");
+        let mut tally = Tally::default();
+        let mut ended = |what: &str, more: &[&str]| {
+            if !what.contains(&arguments.model) {
+                return;
+            }
             let made = tempfile::tempdir_in(folder.path()).expect("a temporary folder");
             let out = made.path().join("out");
             let mut command = command(&program, line, (&data, &out), arguments.threads);
-            command.args(["--model", text(&file)]);
-            let (before_s, start) = (children_s(), Instant::now());
-            let mut child = command.spawn().expect("the program starts");
-            let ended = ended_within(&mut child, PATIENCE);
-            if ended.is_none() {
-                child.kill().expect("the child can be ended");
-            }
-            let output = child.wait_with_output().expect("the program ends");
-            let took_s = match arguments.threads {
-                1 => children_s() - before_s,
-                _ => start.elapsed().as_secs_f64(),
-            };
-            let message = String::from_utf8_lossy(&output.stderr).into_owned();
-            runs += 1;
-            match output.status.code() {
-                Some(0 | 3) => answers += 1,
-                Some(1) if message.contains("error: ") && !message.contains("panicked") => {
-                    refusals += 1
-                }
-                code => {
-                    wrong.push(json!([name, model, format!("exit {code:?}: {}", message.trim())]))
-                }
-            }
-            if took_s > LONGEST.as_secs_f64() {
-                wrong.push(json!([name, model, format!("{took_s:.1} s")]));
-            }
-            if took_s > slowest.0 {
-                slowest = (took_s, model);
+            command.args(more);
+            tally.add(what, command, arguments.threads);
+        };
+        for (model, saved) in &models {
+            save_model(&file, saved).expect("the model can be written");
+            ended(model, &["--model", text(&file)]);
+        }
+        let with_law = !line.contains("--no-law");
+        for setting in settings.iter().filter(|s| s.starts_with(OF_LAWS) == with_law) {
+            if line.starts_with("diagnose") {
+                ended(setting, &["--set", setting]);
             }
         }
-        let row = json!({ "answers": answers, "refusals": refusals, "slowest_s": slowest.0, "slowest": slowest.1 });
+        runs += tally.answers + tally.refusals + tally.wrong.len();
+        wrong.extend(tally.wrong.iter().map(|(what, why)| json!([name, what, why])));
+        let (slowest_s, slowest) = &tally.slowest;
+        let row = json!({ "answers": tally.answers, "refusals": tally.refusals, "slowest_s": slowest_s, "slowest": slowest });
         eprintln!("{name}: {row}");
         by_command.insert((*name).to_owned(), row);
     }
@@ -170,6 +224,7 @@ fn main() -> ExitCode {
         "command": "cargo run --release -p pam-tests --features studies --example extremes",
         "threads": arguments.threads,
         "models": models.len(),
+        "settings": settings.len(),
         "runs": runs,
         "by_command": by_command,
         "wrong": wrong,

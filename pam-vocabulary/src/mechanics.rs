@@ -71,7 +71,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
         ],
         switches: &[Switch {
             name: "bouc_wen_exponent",
-            meaning: "0: Maxwell slip (Iwan 1966); 1 or 2: Bouc–Wen with this exponent (Wen 1976)",
+            meaning: "0: Maxwell slip (Iwan 1966); 1 or 2: Bouc–Wen with this exponent (Wen 1976); from 10: one element, elastic until it slips (Prandtl 1928)",
         }],
         excited_by: "motion of several amplitudes, with inner loops",
         ..MECHANICS

@@ -8,6 +8,7 @@ pub(super) struct Row {
     pub(super) meaning: String,
     pub(super) unit: &'static str,
     pub(super) default: &'static str,
+    pub(super) range: [f64; 2],
     pub(super) origin: &'static str,
 }
 
@@ -72,6 +73,7 @@ macro_rules! settings {
                     meaning: [$($doc),+].concat().trim().to_owned(),
                     unit: $unit,
                     default: stringify!($default),
+                    range: $range,
                     origin: $origin,
                 }),+]
             }
@@ -213,7 +215,7 @@ settings! {
         /// Candidates that are fitted alone.
         singles: usize = 8, "candidates", COUNT, TIME;
         /// Pairs that are fitted after the screening.
-        pairs: usize = 4, "pairs", [0.0, 100.0], TIME;
+        pairs: usize = 4, "pairs", [0.0, 50.0], TIME;
         /// Starting values of each candidate, the best of the first screening, that are screened in addition to a set.
         starts: usize = 2, "values", COUNT, TIME;
         /// Candidates that are fitted in addition to a set.
@@ -227,7 +229,7 @@ settings! {
         /// Factors on the amplitudes of an imitator's starting values, of which the best is taken.
         amplitude_factors: [f64; 3] = [2.0, 4.0, 8.0], "–", POSITIVE, STUDIES;
         /// Pairs that are fitted in place of a member.
-        exchanges_for_two: usize = 2, "pairs", [0.0, 100.0], TIME;
+        exchanges_for_two: usize = 2, "pairs", [0.0, 20.0], TIME;
         /// Sets of the round before that are fitted again with the noise of the present one.
         rivals: usize = 4, "sets", COUNT, TIME;
         /// Power of the share of the error that a set leaves to first order which it may leave when it is fitted: only sets
@@ -242,7 +244,7 @@ settings! {
         /// Starts that are followed.
         followed: usize = 3, "starts", COUNT, TIME;
         /// Drop of the cost below which a fit of the search has converged: sets are compared by larger differences.
-        converged_drop: f64 = 0.5, "cost", COST, TIME;
+        converged_drop: f64 = 0.5, "cost", [0.05, 1e6], TIME;
         /// Iterations to convergence.
         iterations: usize = 12, "iterations", COUNT, TIME;
         /// Iterations from each start of the last refit.
@@ -457,7 +459,7 @@ settings! {
         /// pieces that cover the motion; the selected laws are fitted to all rows.
         most_s: f64 = 20.0, "s", [1.0, 1e6], TIME;
         /// The same of one recording: longer motion of the same pressures repeats itself.
-        most_of_one_s: f64 = 10.0, "s", [1.0, 1e6], TIME;
+        most_of_one_s: f64 = 10.0, "s", [1.0, 15.0], TIME;
         /// Total length of all training and validation recordings, in the same proportion, up to which all of them are learned from if
         /// the pieces, each with an offset of its own, show no error and the recordings do.
         most_slow_s: f64 = 80.0, "s", COST, TIME;
@@ -465,7 +467,7 @@ settings! {
         /// effects in steps of 4 ms, or of 70 s if it is shorter. Several recordings have no limit.
         most_simulations: f64 = 3500.0, "simulations", COST, TIME;
         /// Length of the shortest of these pieces.
-        piece_s: f64 = 6.0, "s", [0.5, 1e6], TIME;
+        piece_s: f64 = 6.0, "s", [1.0, 1e6], TIME;
         /// Prior standard deviation of the offset of the first pressure samples of a piece: what remembers the time before it is
         /// unknown there.
         piece_offset_kpa: f64 = 5.0, "kPa", POSITIVE, STUDIES;

@@ -119,15 +119,26 @@ impl DiagnosisSettings {
         .collect()
     }
 
+    /// The key of every setting, such as `search.singles`, with its least and its greatest value.
+    #[must_use]
+    pub fn ranges() -> Vec<(&'static str, [f64; 2])> {
+        Self::table().into_iter().map(|row| (row.key, row.range)).collect()
+    }
+
     /// The reference table of all settings in Markdown.
     #[must_use]
     pub fn reference() -> String {
         let mut text = String::from(
-            "| key | meaning | unit | default | the default is |\n|---|---|---|---|---|\n",
+            "| key | meaning | unit | default | range | the default is |\n|---|---|---|---|---|---|\n",
         );
+        let number = |value: f64| {
+            let plain = value == 0.0 || (1e-3..1e5).contains(&value.abs());
+            if plain { value.to_string() } else { format!("{value:e}") }
+        };
         for row in Self::table() {
+            let [low, high] = row.range.map(number);
             text += &format!(
-                "| `{}` | {} | {} | {} | {} |\n",
+                "| `{}` | {} | {} | {} | {low} to {high} | {} |\n",
                 row.key, row.meaning, row.unit, row.default, row.origin
             );
         }

@@ -19,14 +19,24 @@ fn cycle(force_n: f64, slip_mm: f64, shape: f64, drive_n: f64) -> (f64, f64) {
     (work, 0.5 * (high - low))
 }
 
-/// Eight elements of force F/8 that slip after d_j = j s/8 of travel: each takes `4 (F/8) (A − d_j)` a cycle.
+/// Elements whose slip distances are spread evenly from 0 to s take `4 F ∫ max(A − d, 0) dd / s` a cycle, one element that slips
+/// after s takes `4 F (A − s)`.
 #[test]
-fn maxwell_slip_takes_the_area_of_its_elements() {
+fn slipping_elements_take_the_area_of_their_loops() {
     let (force, slip) = (20.0, 0.3);
     for drive in [60.0, 120.0] {
         let (work, amplitude) = cycle(force, slip, 0.0, drive);
-        let element = |j: usize| (amplitude - slip * j as f64 / 8.0).max(0.0);
-        let expected = 4.0 * 1e3 * force / 8.0 * (1..=8).map(element).sum::<f64>();
+        let mean = if amplitude > slip {
+            amplitude - 0.5 * slip
+        } else {
+            0.5 * amplitude * amplitude / slip
+        };
+        let expected = 4.0 * 1e3 * force * mean;
+        assert!((work / expected - 1.0).abs() < 5e-3, "{drive} N: {}", work / expected);
+        let slip = 0.1;
+        let (work, amplitude) = cycle(force, slip, 100.0, drive);
+        assert!(amplitude > slip, "{amplitude} mm");
+        let expected = 4.0 * 1e3 * force * (amplitude - slip);
         assert!((work / expected - 1.0).abs() < 5e-3, "{drive} N: {}", work / expected);
     }
 }
@@ -62,7 +72,7 @@ fn bouc_wen_takes_the_area_of_its_loop() {
 #[test]
 fn the_force_saturates_at_its_limit() {
     let slope = 25e3;
-    for shape in [0.0, 1.0, 2.0] {
+    for shape in [0.0, 1.0, 2.0, 100.0] {
         let model = linear();
         let command = driven(6.0, 0.0, |t| 1e-3 * slope * t);
         let subject = subject(&model, command, MassOrigin::Given);

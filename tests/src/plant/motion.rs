@@ -127,8 +127,8 @@ impl Joint {
     fn stretched(&self, element: usize, travel: f64, [_, slip, exponent]: [f64; 3]) -> f64 {
         let z = self.stretch[element];
         if exponent < 0.5 {
-            // Maxwell slip (Iwan 1966): slip distances spread evenly up to `slip`.
-            let own = slip * (element + 1) as f64 / ELEMENTS as f64;
+            // Maxwell slip (Iwan 1966): slip distances spread evenly from 0 to `slip`.
+            let own = slip * (element as f64 + 0.5) / ELEMENTS as f64;
             return (z + travel / own).clamp(-1.0, 1.0);
         }
         // Bouc–Wen with β = γ = ½ (Wen 1976), by the midpoint rule.

@@ -4,18 +4,22 @@ use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
-/// A force that saturates at `force_n` after about `slip_mm` of travel, in one of three shapes that the
+/// A force that saturates at `force_n` after about `slip_mm` of travel, in one of four shapes that the
 /// switch chooses:
 ///
-/// * 0: Maxwell slip, elements of equal limit whose slip distances are spread evenly up to `slip_mm`
-///   (Iwan 1966);
+/// * 0: Maxwell slip, elements of equal limit whose slip distances are spread evenly from 0 to `slip_mm`
+///   (Iwan 1966), at the middles of equal parts;
 /// * 1 or 2: Bouc–Wen with this exponent and β = γ = ½, `dz/dx = (1 − |z|ⁿ [z dx > 0]) / slip_mm`
-///   (Wen 1976), solved exactly between reversals.
+///   (Wen 1976), solved exactly between reversals;
+/// * from 10: the limit of a large exponent, one element that is elastic up to `slip_mm` and then slips (Prandtl 1928).
 #[derive(Debug, Clone, Copy)]
 pub struct Hysteresis;
 
 /// Number of elements of the Maxwell shape.
-const ELEMENTS: usize = 8;
+const ELEMENTS: usize = 12;
+
+/// Exponent from which the loop is that of one element: `|z|ⁿ` is nothing before the last per cent.
+const ELASTIC: f64 = 10.0;
 
 impl Effect for Hysteresis {
     fn info(&self) -> &'static EffectInfo {
@@ -28,7 +32,7 @@ impl Effect for Hysteresis {
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
         let slips = [0.06, 0.4].map(|share| share * scales.travel_mm);
-        let shapes = [0.0, 1.0, 2.0];
+        let shapes = [0.0, 1.0, 2.0, 100.0];
         let force = 0.12 * scales.force_n;
         shapes.iter().flat_map(|&shape| slips.map(|slip| vec![force, slip, shape])).collect()
     }
@@ -71,10 +75,9 @@ impl Effect for Hysteresis {
 fn stretch<'a, S: Scalar>(p: &[S], travel: S, memory: &'a [S]) -> impl Iterator<Item = S> + 'a {
     let first = travel / p[1];
     let one = S::constant(1.0);
-    memory
-        .iter()
-        .enumerate()
-        .map(move |(j, &z)| (z + first.scaled(ELEMENTS as f64 / (j + 1) as f64)).clamped(-one, one))
+    memory.iter().enumerate().map(move |(j, &z)| {
+        (z + first.scaled(ELEMENTS as f64 / (j as f64 + 0.5))).clamped(-one, one)
+    })
 }
 
 /// The variable z of Bouc and Wen after `travel` (mm) from `z`.
@@ -93,7 +96,10 @@ fn bouc_wen<S: Scalar>(p: &[S], travel: S, z: S) -> S {
     } else {
         (z, way)
     };
-    let after = if p[2].real() < 1.5 {
+    let after = if p[2].real() >= ELASTIC {
+        let end = start + left;
+        if end.real() < 1.0 { end } else { one }
+    } else if p[2].real() < 1.5 {
         one - (one - start) * (-left).exp()
     } else {
         // tanh(artanh(start) + left), written without the inverse.

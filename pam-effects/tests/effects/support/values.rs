@@ -13,6 +13,7 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
         ("hysteresis", vec![15.0, 0.53, 0.0]),
         ("hysteresis", vec![15.0, 0.51, 1.0]),
         ("hysteresis", vec![15.0, 0.51, 2.0]),
+        ("hysteresis", vec![15.0, 0.51, 100.0]),
         ("creep", vec![8.0, 0.7]),
         ("constant_load", vec![12.0]),
         ("added_inertia", vec![35.0]),

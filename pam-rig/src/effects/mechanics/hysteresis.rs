@@ -17,9 +17,9 @@ pub const EFFECT: HiddenEffect = HiddenEffect {
     },
 };
 
-const ELEMENTS: usize = 8;
+const ELEMENTS: usize = 20;
 
-/// Elements of equal limit whose slip distances are spread evenly up to `slip_mm`.
+/// Elements of equal limit whose slip distances are spread evenly from 0 to `slip_mm`.
 struct Hysteresis {
     force_n: f64,
     slip_mm: f64,
@@ -33,7 +33,7 @@ impl Phenomenon for Hysteresis {
         let travel = now - self.last_mm.replace(now).unwrap_or(now);
         let limit = self.force_n / ELEMENTS as f64;
         for (j, z) in self.elements.iter_mut().enumerate() {
-            let slip_mm = self.slip_mm * (j + 1) as f64 / ELEMENTS as f64;
+            let slip_mm = self.slip_mm * (j as f64 + 0.5) / ELEMENTS as f64;
             *z = (*z + limit / slip_mm * travel).clamp(-limit, limit);
         }
         -self.elements.iter().sum::<f64>()
