@@ -67,8 +67,8 @@ const OF_LAWS: &str = "remainder.";
 fn settings() -> Vec<String> {
     let defaults = serde_json::to_value(DiagnosisSettings::default()).expect("settings are JSON");
     let all = DiagnosisSettings::ranges().into_iter().flat_map(|(key, range)| {
-        let default = &defaults[key.split('.').next().unwrap_or_default()]
-            [key.split('.').nth(1).unwrap_or_default()];
+        let (group, name) = key.split_once('.').expect("a key has a group");
+        let default = &defaults[group][name];
         range.map(|value| match default {
             Value::Array(all) => format!("{key}={:?}", vec![value; all.len()]),
             Value::Number(n) if n.is_u64() => format!("{key}={value:.0}"),

@@ -189,6 +189,19 @@ fn wrong_usage_is_told() {
 mod long {
     use super::*;
 
+    /// Under one sine, Stribeck friction looks like a saturation of the drive, and a fit of it from small amplitudes ends where it began.
+    #[test]
+    #[ignore = "long"]
+    fn a_friction_far_from_its_starting_values_is_found() {
+        let design = design::full();
+        let case = design.iter().find(|c| c.id == "pairs-000").expect("a case of the study");
+        let (outcome, _) = outcome::run(case);
+        for id in ["leak", "stribeck_friction"] {
+            assert!(outcome.names(id), "{id}: {}", outcome.headline_text());
+        }
+        assert_eq!(outcome.superfluous(), 0, "{}", outcome.headline_text());
+    }
+
     /// A prediction that is driven by a noisy force answers to the noise, which the joint did not. A creep, an inertia and a delay
     /// that leave the answer to a sine as it is weaken that to everything else: with 5 N of noise they predict better than the truth.
     #[test]

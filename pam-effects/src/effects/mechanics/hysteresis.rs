@@ -18,7 +18,7 @@ pub struct Hysteresis;
 /// Number of elements of the Maxwell shape.
 const ELEMENTS: usize = 12;
 
-/// Exponent from which the loop is that of one element: `|z|ⁿ` is nothing before the last per cent.
+/// Exponent from which the loop counts as that of one element.
 const ELASTIC: f64 = 10.0;
 
 impl Effect for Hysteresis {
