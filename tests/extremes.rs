@@ -194,22 +194,21 @@ fn main() -> ExitCode {
         }
         let mut tally = Tally::default();
         let mut ended = |what: &str, more: &[&str]| {
-            if !what.contains(&arguments.model) {
-                return;
-            }
             let made = tempfile::tempdir_in(folder.path()).expect("a temporary folder");
             let out = made.path().join("out");
             let mut command = command(&program, line, (&data, &out), arguments.threads);
             command.args(more);
             tally.add(what, command, arguments.threads);
         };
-        for (model, saved) in &models {
+        for (model, saved) in models.iter().filter(|(name, _)| name.contains(&arguments.model)) {
             save_model(&file, saved).expect("the model can be written");
             ended(model, &["--model", text(&file)]);
         }
-        let with_law = !line.contains("--no-law");
-        for setting in settings.iter().filter(|s| s.starts_with(OF_LAWS) == with_law) {
-            if line.starts_with("diagnose") {
+        let of_command = |s: &&String| {
+            line.starts_with("diagnose") && s.starts_with(OF_LAWS) != line.contains("--no-law")
+        };
+        for setting in settings.iter().filter(of_command) {
+            if setting.contains(&arguments.model) {
                 ended(setting, &["--set", setting]);
             }
         }

@@ -77,17 +77,22 @@ pub(crate) fn read_json(path: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
+/// Diagnoses a case of the study: it names these effects, and no others in the headline.
+fn names_in_case(id: &str, effects: &[&str]) {
+    let design = design::full();
+    let case = design.iter().find(|c| c.id == id).expect("a case of the study");
+    let (outcome, _) = outcome::run(case);
+    for effect in effects {
+        assert!(outcome.names(effect), "{effect}: {}", outcome.headline_text());
+    }
+    assert_eq!(outcome.superfluous(), 0, "{}", outcome.headline_text());
+}
+
 /// Friction that grows with the load is Coulomb friction at one pressure, and the screening beside a drift of the stiffness does not see
 /// that: it is linear about another friction. The two are fitted in each other's place all the same.
 #[test]
 fn frictions_that_one_pressure_does_not_tell_apart_are_listed_together() {
-    let design = design::full();
-    let case = design.iter().find(|c| c.id == "pairs-075").expect("a case of the study");
-    let (outcome, _) = outcome::run(case);
-    for id in ["load_friction", "stiffness_drift"] {
-        assert!(outcome.names(id), "{id}: {}", outcome.headline_text());
-    }
-    assert_eq!(outcome.superfluous(), 0, "{}", outcome.headline_text());
+    names_in_case("pairs-075", &["load_friction", "stiffness_drift"]);
 }
 
 #[test]
@@ -193,13 +198,7 @@ mod long {
     #[test]
     #[ignore = "long"]
     fn a_friction_far_from_its_starting_values_is_found() {
-        let design = design::full();
-        let case = design.iter().find(|c| c.id == "pairs-000").expect("a case of the study");
-        let (outcome, _) = outcome::run(case);
-        for id in ["leak", "stribeck_friction"] {
-            assert!(outcome.names(id), "{id}: {}", outcome.headline_text());
-        }
-        assert_eq!(outcome.superfluous(), 0, "{}", outcome.headline_text());
+        names_in_case("pairs-000", &["leak", "stribeck_friction"]);
     }
 
     /// A prediction that is driven by a noisy force answers to the noise, which the joint did not. A creep, an inertia and a delay

@@ -76,7 +76,7 @@ fn two_programs_do_not_write_to_one_folder() {
     refused(evaluate, &["out", "another program"]);
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1, "the lock alone");
     drop(held);
-    // What a killed program left is removed, also in the deepest folder that a command writes to.
+    // Temporary files of a killed program are removed, even from the deepest output folder.
     let (predictions, stages) = (out.join("predictions"), out.join("cells/5f/work/stages"));
     [&predictions, &stages].iter().for_each(|at| std::fs::create_dir_all(at).unwrap());
     let left = [

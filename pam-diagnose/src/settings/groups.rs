@@ -323,12 +323,12 @@ settings! {
         band_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
         /// Weight of the Gaussian scatter of the blocks, in blocks, relative to their observed scatter.
         band_observations: f64 = 3.0, "blocks", COST, USUAL;
-        /// Least share of what is left of a channel that a flexible model must learn for it to be an error of the model.
+        /// Least share of a channel's remaining error that a flexible model must learn for it to count as a model error.
         learnable_share: f64 = 0.05, "–", SHARE, STUDIES;
         /// Multiple of the noise from which a channel is outside its band although a flexible model learns nothing of it:
         /// the noise of recordings differs by less.
         unlearnable_ratio: f64 = 2.0, "–", FACTOR, STUDIES;
-        /// Share of a channel's variation from which what a flexible model cannot learn is too much for noise.
+        /// Share of a channel's variation above which an error that a flexible model cannot learn is too large to be noise.
         unmodelled_share: f64 = 0.1, "–", SHARE, STUDIES;
         /// Multiple of the noise from one row to the next that it must be as well.
         unmodelled_ratio: f64 = 5.0, "–", FACTOR, STUDIES;
@@ -357,7 +357,7 @@ settings! {
         inadequate_share: f64 = 0.1, "–", SHARE, USUAL;
         /// A candidate is confusable with a cause if the odds of the cause against it are less than this.
         confusable_odds: f64 = 1000.0, "–", FACTOR, STUDIES;
-        /// A candidate is confusable with a cause as well if it removes this share of what the cause removes.
+        /// A candidate is also confusable with a cause if it removes at least this share of the error that the cause removes.
         confusable_share: f64 = 0.95, "–", SHARE, STUDIES;
         /// Least ridge of the flexible model, relative to unit columns.
         explainable_ridge: f64 = 1e-3, "–", POSITIVE, STUDIES;

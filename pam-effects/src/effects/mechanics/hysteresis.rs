@@ -97,8 +97,7 @@ fn bouc_wen<S: Scalar>(p: &[S], travel: S, z: S) -> S {
         (z, way)
     };
     let after = if p[2].real() >= ELASTIC {
-        let end = start + left;
-        if end.real() < 1.0 { end } else { one }
+        (start + left).minimum(one)
     } else if p[2].real() < 1.5 {
         one - (one - start) * (-left).exp()
     } else {
