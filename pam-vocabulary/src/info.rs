@@ -44,25 +44,33 @@ pub struct ParameterInfo {
     /// The value at which the parameter contributes nothing, `None` for a scale. The effect is absent where
     /// all of its parameters that have such a value take it.
     pub off: Option<f64>,
+    /// Index of a parameter of the same effect that this one is never below: a fit keeps to it.
+    pub not_below: Option<usize>,
 }
 
 impl ParameterInfo {
     /// A parameter that is fitted as it is and contributes nothing at zero.
     #[must_use]
     pub const fn linear(name: &'static str, range: [f64; 2]) -> Self {
-        Self { name, meaning: "", range, logarithmic: false, off: Some(0.0) }
+        Self { name, meaning: "", range, logarithmic: false, off: Some(0.0), not_below: None }
     }
 
     /// A positive scale that is fitted by its logarithm.
     #[must_use]
     pub const fn scale(name: &'static str, range: [f64; 2]) -> Self {
-        Self { name, meaning: "", range, logarithmic: true, off: None }
+        Self { name, meaning: "", range, logarithmic: true, off: None, not_below: None }
     }
 
     /// Sets the value at which the parameter contributes nothing.
     #[must_use]
     pub const fn off_at(self, off: Option<f64>) -> Self {
         Self { off, ..self }
+    }
+
+    /// Sets the parameter of the same effect, by its index, that this one is never below.
+    #[must_use]
+    pub const fn not_below(self, parameter: usize) -> Self {
+        Self { not_below: Some(parameter), ..self }
     }
 
     /// Sets the meaning.

@@ -28,6 +28,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
             ParameterInfo::linear("coulomb_n", RESISTANCE_N)
                 .meaning("friction force at high velocity"),
             ParameterInfo::linear("static_n", RESISTANCE_N)
+                .not_below(0)
                 .meaning("largest friction force at rest; not below `coulomb_n`"),
             // Lubricated contacts: 0.1 to 10 mm/s (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994).
             ParameterInfo::scale("velocity_mm_s", [0.02, 100.0]).meaning(

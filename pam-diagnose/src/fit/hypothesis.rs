@@ -152,7 +152,7 @@ impl Hypothesis {
     }
 
     /// The hypothesis after a step in its unknowns: parameters, shared nuisances, then those of each experiment. A
-    /// logarithmic parameter moves by at most `largest_log_step`.
+    /// logarithmic parameter moves by at most `largest_log_step`; one that is never below another is raised to it.
     pub(super) fn moved<C: Candidates + ?Sized>(
         &self,
         system: &C,
@@ -169,6 +169,13 @@ impl Hypothesis {
             };
             let value = &mut to.members[p.member].values[p.value];
             *value = from_coordinate(coordinate(*value, p.info) + change, p.info);
+        }
+        for member in to.members.iter_mut().skip(self.fixed) {
+            for (k, info) in system.candidate(member.candidate).parameters.iter().enumerate() {
+                if let Some(other) = info.not_below {
+                    member.values[k] = member.values[k].max(member.values[other]);
+                }
+            }
         }
         let moved = |values: &mut [f64], nuisances: &[Nuisance], change: &[f64]| {
             for ((v, n), d) in values.iter_mut().zip(nuisances).zip(change) {

@@ -382,6 +382,7 @@ impl TermParameter {
             range: self.range,
             logarithmic: self.logarithmic,
             off: self.absent,
+            not_below: None,
         }
     }
 }

@@ -191,6 +191,7 @@ impl EffectDefinition {
                 range: p.range,
                 logarithmic: p.logarithmic,
                 off: p.absent,
+                not_below: None,
             })
             .collect();
         let switches: Vec<Switch> = self
