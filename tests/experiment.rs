@@ -110,36 +110,36 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
     let foretold = pairs::foretold(&model);
     let path = arguments.out.join("pairs.json");
     let mut all: Vec<PairOutcome> = stored(&path, "pairs");
-    let confused = pairs::confused(&foretold.0);
-    println!("{} pairs are foretold to be confused", confused.len());
-    for pair in confused {
-        let shown = all.iter().filter(|o| o.is_shown()).count();
-        if shown >= arguments.shown {
-            break;
+    for multiple in pairs::MULTIPLES {
+        for pair in pairs::confused(&foretold.0, multiple) {
+            let shown = |all: &[PairOutcome]| all.iter().filter(|o| o.is_shown()).count();
+            if shown(&all) >= arguments.shown {
+                return Ok(());
+            }
+            let is_known = |o: &PairOutcome| {
+                let same = pair.effect.starts_with(&o.effect) && pair.other == o.other;
+                let reverse = pair.effect.starts_with(&o.other) && pair.other == o.effect;
+                (same && o.multiple == multiple) || ((same || reverse) && o.is_shown())
+            };
+            if all.iter().any(is_known) {
+                continue;
+            }
+            let Some(outcome) = pairs::measured(&model, &foretold, pair, multiple) else {
+                continue;
+            };
+            println!(
+                "{} / {} at {multiple} limits: {:.2} -> {:.2}, shown: {}, {:?}",
+                outcome.effect,
+                outcome.other,
+                outcome.foretold[0],
+                outcome.foretold[1],
+                outcome.is_shown(),
+                outcome.said
+            );
+            all.push(outcome);
+            let text = json!({ "tried": all.len(), "shown": shown(&all), "pairs": all });
+            write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
         }
-        let both = |o: &PairOutcome| {
-            let ids = [o.effect.as_str(), o.other.as_str()];
-            let same = pair.effect.starts_with(ids[0]) && pair.other == ids[1];
-            let reverse = pair.effect.starts_with(ids[1]) && pair.other == ids[0];
-            same || (reverse && o.is_shown())
-        };
-        if all.iter().any(both) {
-            continue;
-        }
-        let Some(outcome) = pairs::measured(&model, &foretold, pair) else { continue };
-        println!(
-            "{} / {}: {:.2} -> {:.2}, shown: {}, {:?}",
-            outcome.effect,
-            outcome.other,
-            outcome.foretold[0],
-            outcome.foretold[1],
-            outcome.is_shown(),
-            outcome.said
-        );
-        all.push(outcome);
-        let shown = all.iter().filter(|o| o.is_shown()).count();
-        let text = json!({ "tried": all.len(), "shown": shown, "pairs": all });
-        write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
     }
     Ok(())
 }

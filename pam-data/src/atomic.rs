@@ -3,6 +3,7 @@
 use crate::error::DataError;
 use std::io::Write;
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 /// How the names of files begin that are being written. A program that is killed may leave them.
 pub const TEMPORARY_PREFIX: &str = ".pam-";
@@ -60,4 +61,29 @@ fn default_permissions() -> std::fs::Permissions {
 #[cfg(not(unix))]
 fn default_permissions() -> std::fs::Permissions {
     std::fs::metadata(".").expect("the working folder exists").permissions()
+}
+
+/// Removes the temporary files of programs that were killed while writing: those in a folder and, to this depth, in the folders inside
+/// it, that are at least so old. Files that cannot be removed stay.
+pub fn remove_temporary(folder: &Path, depth: usize, age: Duration) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let Ok(kind) = entry.file_type() else { continue };
+        if kind.is_dir() && depth > 1 {
+            remove_temporary(&entry.path(), depth - 1, age);
+        } else if kind.is_file()
+            && entry.file_name().to_string_lossy().starts_with(TEMPORARY_PREFIX)
+            && is_older(&entry, age)
+        {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+fn is_older(entry: &std::fs::DirEntry, age: Duration) -> bool {
+    age.is_zero()
+        || entry
+            .metadata()
+            .and_then(|m| m.modified())
+            .is_ok_and(|at| SystemTime::now().duration_since(at).is_ok_and(|since| since >= age))
 }

@@ -4,13 +4,13 @@
 //! written, names what another command left there, takes a lock that the operating system gives up with the process
 //! however it ends, and removes the temporary files of programs that were killed.
 
-use crate::atomic::TEMPORARY_PREFIX;
+use crate::atomic::{TEMPORARY_PREFIX, remove_temporary};
 use crate::document;
 use crate::error::DataError;
 use serde::Deserialize;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 /// Name of the file that is locked; it is removed when the folder is released.
 pub const LOCK_FILE: &str = ".lock-pam";
@@ -203,28 +203,4 @@ fn remove_empty(folders: &[PathBuf]) {
             break;
         }
     }
-}
-
-/// Removes temporary files that are at least so old.
-fn remove_temporary(folder: &Path, depth: usize, age: Duration) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for entry in entries.flatten() {
-        let Ok(kind) = entry.file_type() else { continue };
-        if kind.is_dir() && depth > 1 {
-            remove_temporary(&entry.path(), depth - 1, age);
-        } else if kind.is_file()
-            && entry.file_name().to_string_lossy().starts_with(TEMPORARY_PREFIX)
-            && is_older(&entry, age)
-        {
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
-}
-
-fn is_older(entry: &std::fs::DirEntry, age: Duration) -> bool {
-    age.is_zero()
-        || entry
-            .metadata()
-            .and_then(|m| m.modified())
-            .is_ok_and(|at| SystemTime::now().duration_since(at).is_ok_and(|since| since >= age))
 }

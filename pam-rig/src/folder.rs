@@ -7,12 +7,13 @@ use crate::rig::{Rig, RigParameters};
 use crate::truth::Truth;
 use pam_core::parallel;
 use pam_data::DataError;
-use pam_data::atomic::write_atomic;
+use pam_data::atomic::{remove_temporary, write_atomic};
 use pam_data::document;
 use pam_data::formats::raw_log::RawLog;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Name of the file with all settings and hidden effects, which no estimator reads.
 pub const SETTINGS_FILE: &str = "truth.json";
@@ -154,7 +155,7 @@ impl Session {
         let mut replaced: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
         match pam_data::read_limit::read_text(&path) {
             Ok(there) if there == settings => {
-                remove_leftovers(folder);
+                remove_temporary(folder, 1, Duration::ZERO);
                 return Ok(true);
             }
             Ok(there) if overwrite => replaced.extend(names_in(&there)),
@@ -192,14 +193,4 @@ fn names_in(settings: &str) -> Vec<String> {
         .and_then(|v| document::from_value::<Protocol>(v["protocol"].clone()).ok())
         .and_then(|protocol| protocol.runs().ok())
         .map_or_else(Vec::new, |runs| runs.into_iter().map(|run| run.name).collect())
-}
-
-/// Removes the temporary files of a session that was killed while writing.
-fn remove_leftovers(folder: &Path) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for entry in entries.flatten() {
-        if entry.file_name().to_string_lossy().starts_with(pam_data::atomic::TEMPORARY_PREFIX) {
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
 }

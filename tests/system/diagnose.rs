@@ -95,6 +95,39 @@ fn frictions_that_one_pressure_does_not_tell_apart_are_listed_together() {
     names_in_case("pairs-075", &["load_friction", "stiffness_drift"]);
 }
 
+/// Static friction is never below the sliding one, though to first order the fit of the real run goes there: where Coulomb friction may
+/// not be named, Stribeck friction is found in its place, and not lost.
+#[test]
+fn a_fit_keeps_the_static_friction_above_the_sliding_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("found");
+    let (model, data) = (published_weights(), published("data.mat"));
+    let _ = stdout_of(
+        PAM,
+        &[
+            "diagnose",
+            "--no-law",
+            "--effects",
+            "stribeck_friction,constant_load",
+            "--model",
+            text(&model),
+            "--data",
+            text(&data),
+            "--out",
+            text(&out),
+        ],
+    );
+    let d = read_json(&out.join("diagnosis.json"));
+    let friction = &d["causes"][0];
+    assert_eq!(friction["effect"], "stribeck_friction");
+    let value = |name: &str| friction["parameters"][name]["value"].as_f64().unwrap();
+    let (sliding_n, static_n) = (value("coulomb_n"), value("static_n"));
+    assert!(25.0 < sliding_n && sliding_n <= static_n && static_n < 65.0, "{friction}");
+    let x = &d["error_reduction"]["x"];
+    let (before, after) = (x["rmse_before"].as_f64().unwrap(), x["rmse_after"].as_f64().unwrap());
+    assert!(after <= 0.3 * before, "{before} -> {after} mm");
+}
+
 #[test]
 fn the_real_run_shows_dry_friction() {
     let folder = tempfile::tempdir().unwrap();
