@@ -18,9 +18,9 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Multiples of the detection limit at which effects are hidden, in the order in which they are tried.
-pub const MULTIPLES: [f64; 4] = [4.0, 3.0, 5.0, 6.0];
+pub const MULTIPLES: [f64; 4] = [4.0, 3.5, 3.0, 5.0];
 /// Protocols that a design tries.
-const EVALUATIONS: usize = 200;
+const EVALUATIONS: usize = 600;
 /// Recordings at each pair of pressures of a protocol on which the model is trained further.
 const TRAINED_ON: u64 = 2;
 /// Epochs of this training, and its rate: three times that of the last stage from random weights, as it is short.
