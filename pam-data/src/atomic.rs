@@ -63,8 +63,8 @@ fn default_permissions() -> std::fs::Permissions {
     std::fs::metadata(".").expect("the working folder exists").permissions()
 }
 
-/// Removes the temporary files of programs that were killed while writing: those in a folder and, to this depth, in the folders inside
-/// it, that are at least so old. Files that cannot be removed stay.
+/// Removes the temporary files that killed programs left in the top `depth` levels of a folder, if they are at least `age` old. Files that
+/// cannot be removed stay.
 pub fn remove_temporary(folder: &Path, depth: usize, age: Duration) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {

@@ -44,7 +44,7 @@ pub struct ParameterInfo {
     /// The value at which the parameter contributes nothing, `None` for a scale. The effect is absent where
     /// all of its parameters that have such a value take it.
     pub off: Option<f64>,
-    /// Index of a parameter of the same effect that this one is never below: a fit keeps to it.
+    /// Index of another parameter of the effect that is a lower bound of this one in a fit.
     pub not_below: Option<usize>,
 }
 
@@ -67,7 +67,7 @@ impl ParameterInfo {
         Self { off, ..self }
     }
 
-    /// Sets the parameter of the same effect, by its index, that this one is never below.
+    /// Sets the parameter of the same effect, by its index, that is a lower bound of this one.
     #[must_use]
     pub const fn not_below(self, parameter: usize) -> Self {
         Self { not_below: Some(parameter), ..self }

@@ -156,7 +156,7 @@ pub struct PairOutcome {
 }
 
 impl PairOutcome {
-    /// Whether the pair is confused under the published excitation, and distinguished under the design.
+    /// Whether the diagnosis confuses the two effects under the published excitation but distinguishes them under the design.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         self.said.as_ref().is_some_and(|[standard, designed]| {

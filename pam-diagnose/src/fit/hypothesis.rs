@@ -152,7 +152,8 @@ impl Hypothesis {
     }
 
     /// The hypothesis after a step in its unknowns: parameters, shared nuisances, then those of each experiment. A
-    /// logarithmic parameter moves by at most `largest_log_step`; one that is never below another is raised to it.
+    /// logarithmic parameter moves by at most `largest_log_step`. A parameter that would fall below its lower bound
+    /// ([`ParameterInfo::not_below`]) is raised to it.
     pub(super) fn moved<C: Candidates + ?Sized>(
         &self,
         system: &C,
