@@ -111,7 +111,9 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
     let path = arguments.out.join("pairs.json");
     let mut all: Vec<PairOutcome> = stored(&path, "pairs");
     for multiple in pairs::MULTIPLES {
-        for pair in pairs::confused(&foretold.0, multiple) {
+        let confused = pairs::confused(&foretold.0, multiple);
+        println!("{} pairs are foretold to be confused at {multiple} limits", confused.len());
+        for pair in confused {
             let shown = |all: &[PairOutcome]| all.iter().filter(|o| o.is_shown()).count();
             if shown(&all) >= arguments.shown {
                 return Ok(());
@@ -139,6 +141,9 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
             all.push(outcome);
             let text = json!({ "tried": all.len(), "shown": shown(&all), "pairs": all });
             write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
+            let table = pairs::shown_table(&all)?;
+            let path = arguments.out.join("pairs.csv");
+            write_atomic(&path, table.as_bytes()).map_err(|e| e.to_string())?;
         }
     }
     Ok(())

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Multiples of the detection limit at which effects are hidden, in the order in which they are tried.
-pub const MULTIPLES: [f64; 4] = [4.0, 3.5, 3.0, 5.0];
+pub const MULTIPLES: [f64; 7] = [4.0, 3.5, 3.0, 2.5, 2.0, 1.5, 5.0];
 /// Protocols that a design tries.
 const EVALUATIONS: usize = 600;
 /// Recordings at each pair of pressures of a protocol on which the model is trained further.
@@ -128,6 +128,17 @@ impl Said {
         matches!(&self.named[..], [(id, confusable)] if id == effect && confusable.iter().all(|c| c != other))
     }
 
+    /// Named causes, each with those that are not distinguished from it, without commas.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let of = |(id, confusable): &(String, Vec<String>)| match &confusable[..] {
+            [] => id.clone(),
+            others => format!("{id} (or {})", others.join(" or ")),
+        };
+        let named: Vec<String> = self.named.iter().map(of).collect();
+        format!("{}: {}", self.verdict, named.join(" + "))
+    }
+
     /// Whether `other` is named, or `effect` is named and confusable with it.
     #[must_use]
     pub fn confuses(&self, effect: &str, other: &str) -> bool {
@@ -164,6 +175,33 @@ impl PairOutcome {
                 && designed.separates(&self.effect, &self.other)
         })
     }
+}
+
+/// The pairs that were shown, as CSV.
+///
+/// # Errors
+/// What the writer says.
+pub fn shown_table(all: &[PairOutcome]) -> Result<String, String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let columns = [
+        "hidden",
+        "taken_for",
+        "limits",
+        "distance_published",
+        "distance_designed",
+        "said_published",
+        "said_designed",
+    ];
+    writer.write_record(columns).map_err(|e| e.to_string())?;
+    for o in all.iter().filter(|o| o.is_shown()) {
+        let own = [o.effect.clone(), o.other.clone(), o.multiple.to_string()];
+        let foretold = o.foretold.iter().map(|d| format!("{d:.2}"));
+        let said = o.said.iter().flatten().map(Said::text);
+        let row = own.into_iter().chain(foretold).chain(said);
+        writer.write_record(row).map_err(|e| e.to_string())?;
+    }
+    let bytes = writer.into_inner().map_err(|e| e.to_string())?;
+    String::from_utf8(bytes).map_err(|e| e.to_string())
 }
 
 /// Designs a protocol for a pair whose effects have a multiple of their limits, and measures it and the published excitation on the rig

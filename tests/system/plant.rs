@@ -106,6 +106,31 @@ fn dry_friction_takes_a_constant_amplitude_from_each_period() {
     assert!(x[x.len() - 500..].iter().all(|v| v.to_bits() == last.to_bits()), "it sticks");
 }
 
+/// An encoder's zero that jumps is an offset of the position from then on, and so it is with the gain of a sensor: what the study takes for
+/// the same gives the same recordings.
+#[test]
+fn jumps_of_sensors_are_listed_effects_that_begin() {
+    let jumps = [
+        (
+            Hidden::new("tendon_slip", &[("time_s", 1.0), ("slip_mm", 0.4)]),
+            Hidden::new("position_offset", &[("offset_mm", 0.4)]),
+        ),
+        (
+            Hidden::new("sensor_gain_jump", &[("time_s", 1.0), ("relative", 0.06)]),
+            Hidden::new("pressure_gain", &[("flexor_relative", 0.06)]),
+        ),
+    ];
+    let model = published();
+    let of = |effects: &[Hidden]| recorded(&model, &held(40.0, 2.0), effects, &quiet(200.0), 1e-3);
+    let none = of(&[]);
+    for (jump, listed) in jumps {
+        assert_eq!(jump.same_as(), listed.id);
+        let found = of(std::slice::from_ref(&jump));
+        assert_ne!(found, none);
+        assert_eq!(found, of(&[listed.from_s(jump.begins_s())]), "{}", jump.id);
+    }
+}
+
 #[test]
 fn load_friction_is_proportional_to_the_mean_gauge_pressure() {
     // 45 psi.

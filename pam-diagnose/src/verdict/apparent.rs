@@ -8,6 +8,9 @@ use pam_vocabulary::ParameterInfo;
 
 /// Iterations of the weights of a variance between recordings.
 const ITERATIONS: usize = 20;
+/// Share of the magnitudes of a cause from which it is fitted as well: where it is absent, a fit from its own values may end in a
+/// local minimum on the way.
+const NEARLY_ABSENT: f64 = 0.05;
 
 /// The values that a candidate would seem to have where it is absent: errors of the model look like it, in each baseline recording by
 /// another value.
@@ -21,7 +24,8 @@ pub(crate) struct Apparent {
 }
 
 impl Apparent {
-    /// Fits a candidate with these parameters alone to each baseline recording; nothing without them.
+    /// Fits a candidate with these parameters alone to each baseline recording, from its values and from small magnitudes; the better
+    /// fit counts. Nothing without such recordings.
     pub(crate) fn of<C: Candidates + ?Sized>(
         baseline: Option<&Problem<'_, C>>,
         (candidate, values): (usize, &[f64]),
@@ -31,17 +35,26 @@ impl Apparent {
         let seen = |(i, info): (&Interval, &ParameterInfo)| {
             [i.value - info.off.unwrap_or(0.0), i.deviation()]
         };
+        let magnitude = |p: &ParameterInfo| p.off.is_some() && !p.logarithmic;
+        let mut small = values.to_vec();
+        for (value, info) in small.iter_mut().zip(infos) {
+            if let Some(off) = info.off.filter(|_| magnitude(info)) {
+                *value = off + NEARLY_ABSENT * (*value - off);
+            }
+        }
         let each = baseline.map_or_else(Vec::new, |baseline| {
             let iterations = baseline.settings.intervals.baseline_iterations;
             let all = parallel::map(baseline.len(), |i| {
                 let alone = baseline.part(i, baseline.windows[i].clone());
-                let fit = alone.fit(alone.base().with(candidate, values), iterations).ok()?;
+                let fits = [values, small.as_slice()].into_iter().filter_map(|start| {
+                    alone.fit(alone.base().with(candidate, start), iterations).ok()
+                });
+                let fit = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
                 let intervals = alone.intervals(&fit).ok()?;
                 Some(intervals.iter().zip(infos).map(seen).collect::<Vec<_>>())
             });
             all.into_iter().flatten().collect()
         });
-        let magnitude = |p: &ParameterInfo| p.off.is_some() && !p.logarithmic;
         Self { each, magnitudes: infos.iter().map(magnitude).collect(), diagnosed }
     }
 

@@ -89,8 +89,20 @@ impl Hidden {
     }
 
     /// From which time it acts: the onset, or the time of an event outside the vocabulary.
-    pub(super) fn begins_s(&self) -> f64 {
+    #[must_use]
+    pub fn begins_s(&self) -> f64 {
         self.onset_s.max(self.values.get("time_s").copied().unwrap_or(0.0))
+    }
+
+    /// The effect of the vocabulary with the same equation: its own id, or that of the effect that begins where the encoder's zero or the
+    /// gain of a sensor jumps.
+    #[must_use]
+    pub fn same_as(&self) -> &str {
+        match self.id.as_str() {
+            "tendon_slip" => "position_offset",
+            "sensor_gain_jump" => "pressure_gain",
+            own => own,
+        }
     }
 
     /// A parameter; zero if absent.

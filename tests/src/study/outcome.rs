@@ -17,6 +17,9 @@ pub const REFUSED: &str = "refused";
 /// A fault that is at least this many times the limit of detection must not go unsaid in `explained`.
 const CERTAIN_LIMITS: f64 = 2.0;
 
+/// Largest difference of the times at which a phenomenon begins and is said to begin, s.
+const SAME_TIME_S: f64 = 0.5;
+
 /// A hidden effect with its size over the limit of detection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HiddenTruth {
@@ -187,6 +190,18 @@ impl Outcome {
         self.causes.iter().filter(|c| !c.minor)
     }
 
+    /// Whether a phenomenon outside the vocabulary is `explained` by something else: not by the listed effect of the same equation, beginning
+    /// when it does.
+    #[must_use]
+    pub fn explains_the_unlisted(&self) -> bool {
+        let said = |c: &Named, t: &HiddenTruth| {
+            let begins_s = c.parameters.get("onset_s").map_or(f64::NAN, |onset| onset[0]);
+            c.covers(t.hidden.same_as()) && (begins_s - t.hidden.begins_s()).abs() <= SAME_TIME_S
+        };
+        let right = |c: &Named| self.truth.iter().any(|t| said(c, t));
+        self.verdict == "explained" && !self.headline().all(right)
+    }
+
     /// Whether a headline cause is the effect or cannot be told from it.
     #[must_use]
     pub fn names(&self, id: &str) -> bool {
@@ -210,8 +225,8 @@ impl Outcome {
     /// Whether the verdict is `explained` although a hidden effect of at least twice the limit of detection is unsaid.
     #[must_use]
     pub fn explained_wrongly(&self) -> bool {
-        let unsaid =
-            |t: &HiddenTruth| t.certain() && !self.causes.iter().any(|c| c.covers(&t.hidden.id));
+        let said = |t: &HiddenTruth| self.causes.iter().any(|c| c.covers(t.hidden.same_as()));
+        let unsaid = |t: &HiddenTruth| t.certain() && !said(t);
         self.verdict == "explained" && self.truth.iter().any(unsaid)
     }
 
