@@ -20,6 +20,8 @@ pub struct Hooks {
     pub advance: bool,
     /// [`Effect::delay_s`], [`Effect::inertia_kg`] or [`Effect::chamber`].
     pub constants: bool,
+    /// [`Effect::delay_s`], which then has a derivative where it is zero, too.
+    pub delay: bool,
     /// [`Effect::observe`].
     pub observe: bool,
 }
@@ -34,6 +36,7 @@ impl Hooks {
         air_flow: false,
         advance: false,
         constants: false,
+        delay: false,
         observe: false,
     };
 
@@ -46,6 +49,7 @@ impl Hooks {
         air_flow: true,
         advance: true,
         constants: true,
+        delay: true,
         observe: true,
     };
 
@@ -60,6 +64,7 @@ impl Hooks {
             air_flow: self.air_flow || other.air_flow,
             advance: self.advance || other.advance,
             constants: self.constants || other.constants,
+            delay: self.delay || other.delay,
             observe: self.observe || other.observe,
         }
     }

@@ -455,6 +455,7 @@ impl Effect for ExpressionEffect {
             air_flow: self.motion[AIR_G_S].is_some(),
             advance: moves,
             constants: self.changes_gas() || command_delay_s.is_some() || inertia_kg.is_some(),
+            delay: command_delay_s.is_some(),
             observe: position_delay_s.is_some()
                 || pressure_delay_s.is_some()
                 || position_mm.is_some()

@@ -79,16 +79,17 @@ impl FineForce {
             false => [lead_samples.min(0.0), lead_samples.max(0.0)],
         };
         let shifted = time_s + S::constant(shift * self.sample_s);
-        let position = shifted.scaled(1.0 / self.spacing_s);
         let last = self.values_mn.len() - 1;
-        let whole = position.real().floor().clamp(0.0, (last - 1) as f64);
+        let ends = [0.0, last as f64].map(S::constant);
+        let position = shifted.scaled(1.0 / self.spacing_s).clamped(ends[0], ends[1]);
+        // At a point, as far as it can be computed, the line before it: a delay that is about to begin looks back.
+        let whole = (position.real() - 1e-9).floor().clamp(0.0, (last - 1) as f64);
         let value = |k: usize| {
             let added = self.by_lead_mn.get(k).map_or(0.0, |by_lead| blend * by_lead);
             self.values_mn[k] + added
         };
         let (a, b) = (value(whole as usize), value(whole as usize + 1));
-        let share = (position - S::constant(whole)).clamped(S::zero(), S::constant(1.0));
-        S::constant(a) + share.scaled(b - a)
+        S::constant(a) + (position - S::constant(whole)).scaled(b - a)
     }
 
     /// The forces at the grid points with a lead, mN.

@@ -264,8 +264,10 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             self.delay_s = delay_s(self.parts, self.record.since_start_s + time_s);
         }
         let delay_s = self.delay_s;
+        // Where the delay is zero, its derivative is not.
+        let is_delayed = delay_s.real() != 0.0 || (S::NDERIV > 0 && self.hooks.delay);
         let at_half = |recorded: &FineForce, led_mn: Option<&[f64]>| match led_mn {
-            _ if delay_s.real() != 0.0 => recorded.at(S::constant(time_s) - delay_s, lead),
+            _ if is_delayed => recorded.at(S::constant(time_s) - delay_s, lead),
             Some(led_mn) => S::constant(led_mn[half]),
             None => S::constant(recorded.at(time_s, lead)),
         };

@@ -124,6 +124,34 @@ fn compare(trial: &Trial, base: &Base<f64>, effect: &'static dyn AnyEffect, valu
     }
 }
 
+/// A delay of zero delays nothing and has a derivative all the same: a fit that comes to zero is not held there.
+#[test]
+fn a_delay_has_a_derivative_where_it_is_zero() {
+    let model = weights();
+    let trial = Trial::new(&model, &exact_run(&model, [45.0, 45.0], 0.08));
+    let base = Base::of(&model);
+    for id in ["actuation_delay", "position_delay", "pressure_delay"] {
+        let effect = by_id(id).expect("an id");
+        let mut with = Trajectory::default();
+        let zero = [Derivatives::variable(0.0, 0)];
+        simulate::<Derivatives>(&trial, &base, &[effect], &zero, &Nuisances::none(), &mut with)
+            .expect("in range");
+        let small_ms = 1e-3;
+        let [none, some] = [0.0, small_ms].map(|ms| plain(&trial, &base, effect, &[ms]));
+        let (mut miss, mut size) = (0.0, 0.0);
+        for (c, unit) in UNITS.into_iter().enumerate() {
+            for (k, exact) in with.channels[c].iter().enumerate() {
+                assert!((exact.value - none.channels[c][k]).abs() < 1e-9 * unit, "{id}: {k}");
+                let change = (some.channels[c][k] - none.channels[c][k]) / small_ms;
+                miss += ((change - exact.derivatives[0]) / unit).powi(2);
+                size += (change / unit).powi(2);
+            }
+        }
+        let relative = (miss / size).sqrt();
+        assert!(size > 0.0 && relative < 1e-2, "{id}: {relative:e}");
+    }
+}
+
 /// The same by what a recording leaves uncertain.
 #[test]
 fn sensitivities_by_uncertain_numbers() {

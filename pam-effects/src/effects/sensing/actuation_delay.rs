@@ -13,7 +13,7 @@ impl Effect for ActuationDelay {
     }
 
     fn hooks(&self) -> Hooks {
-        Hooks { constants: true, ..Hooks::NONE }
+        Hooks { constants: true, delay: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
