@@ -106,18 +106,25 @@ fn stored<T: DeserializeOwned>(path: &Path, key: &str) -> Vec<T> {
 
 /// Pairs of effects that a design separates and the published excitation does not.
 fn pairs(arguments: &Arguments) -> Result<(), String> {
-    let model = pairs::model();
-    let foretold = pairs::foretold(&model);
     let path = arguments.out.join("pairs.json");
     let mut all: Vec<PairOutcome> = stored(&path, "pairs");
+    let shown = |all: &[PairOutcome]| all.iter().filter(|o| o.is_shown()).count();
+    let write = |all: &[PairOutcome]| -> Result<(), String> {
+        let text = json!({ "tried": all.len(), "shown": shown(all), "pairs": all });
+        write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
+        let table = pairs::shown_table(all)?;
+        let path = arguments.out.join("pairs.csv");
+        write_atomic(&path, table.as_bytes()).map_err(|e| e.to_string())
+    };
+    if shown(&all) >= arguments.shown {
+        return write(&all);
+    }
+    let model = pairs::model();
+    let foretold = pairs::foretold(&model);
     for multiple in pairs::MULTIPLES {
         let confused = pairs::confused(&foretold.0, multiple);
         println!("{} pairs are foretold to be confused at {multiple} limits", confused.len());
         for pair in confused {
-            let shown = |all: &[PairOutcome]| all.iter().filter(|o| o.is_shown()).count();
-            if shown(&all) >= arguments.shown {
-                return Ok(());
-            }
             let is_known = |o: &PairOutcome| {
                 let same = pair.effect.starts_with(&o.effect) && pair.other == o.other;
                 let reverse = pair.effect.starts_with(&o.other) && pair.other == o.effect;
@@ -139,11 +146,10 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
                 outcome.said
             );
             all.push(outcome);
-            let text = json!({ "tried": all.len(), "shown": shown(&all), "pairs": all });
-            write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
-            let table = pairs::shown_table(&all)?;
-            let path = arguments.out.join("pairs.csv");
-            write_atomic(&path, table.as_bytes()).map_err(|e| e.to_string())?;
+            write(&all)?;
+            if shown(&all) >= arguments.shown {
+                return Ok(());
+            }
         }
     }
     Ok(())

@@ -103,6 +103,14 @@ fn baseline_recordings_are_asked_from_small_values_too() {
     names_in_case("singles-104", &["load_friction"]);
 }
 
+/// An error of the model that goes with the first half of the excitation looks like a cause that ends there, in the baseline recordings as in
+/// the others.
+#[test]
+#[ignore = "long"]
+fn what_ends_in_baseline_recordings_too_is_no_cause() {
+    names_in_case("singles-029", &["pressure_gain"]);
+}
+
 /// What `diagnose` prints of the published real run, without the search for a law.
 fn diagnose_real_run(out: &Path, more: &[&str]) -> String {
     let (model, data) = (published_weights(), published("data.mat"));

@@ -5,7 +5,7 @@ use super::spans::{roles, spans};
 use super::system::JointSystem;
 use crate::data::{OpenPart, Roles, TestSource};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Problem, dot};
+use crate::fit::{Hypothesis, Member, Problem, dot};
 use crate::linearised::{Column, all_starts};
 use crate::noise::Noise;
 use crate::search::{Candidates, Nuisance, Rows};
@@ -428,8 +428,8 @@ impl<'a> Signatures<'a> {
         let half_widths = |k: usize| {
             let (candidate, values) = &candidates[k];
             let infos = parameters(*candidate);
-            let start = (*candidate, values.as_slice());
-            let apparent = Apparent::of(Some(&absent), start, infos, self.experiments.len());
+            let cause = Member::always(*candidate, values);
+            let apparent = Apparent::of(Some(&absent), &cause, infos, self.experiments.len());
             (0..infos.len()).map(|place| apparent.half_width(place)).collect()
         };
         Ok(parallel::map(candidates.len(), half_widths))

@@ -1,16 +1,15 @@
 //! Values that a cause would seem to have where it is absent.
 
-use crate::fit::{Interval, Problem};
+use crate::fit::{Interval, Member, Problem};
+use crate::onset::{Acts, Pattern, Schedule};
 use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::statistics::t_quantile_95;
 use pam_vocabulary::ParameterInfo;
+use std::sync::Arc;
 
 /// Iterations of the weights of a variance between recordings.
 const ITERATIONS: usize = 20;
-/// Share of the magnitudes of a cause from which it is fitted as well: where it is absent, a fit from its own values may end in a
-/// local minimum on the way.
-const NEARLY_ABSENT: f64 = 0.05;
 
 /// The values that a candidate would seem to have where it is absent: errors of the model look like it, in each baseline recording by
 /// another value.
@@ -24,11 +23,12 @@ pub(crate) struct Apparent {
 }
 
 impl Apparent {
-    /// Fits a candidate with these parameters alone to each baseline recording, from its values and from small magnitudes; the better
-    /// fit counts. Nothing without such recordings.
+    /// Fits a cause alone to each baseline recording, from its values and from small magnitudes; the better fit counts. It acts in the
+    /// stretch in which it acts in all recordings alike, as errors of the model do where the excitation is the same. Nothing without
+    /// baseline recordings.
     pub(crate) fn of<C: Candidates + ?Sized>(
         baseline: Option<&Problem<'_, C>>,
-        (candidate, values): (usize, &[f64]),
+        cause: &Member,
         infos: &[ParameterInfo],
         diagnosed: usize,
     ) -> Self {
@@ -36,18 +36,21 @@ impl Apparent {
             [i.value - info.off.unwrap_or(0.0), i.deviation()]
         };
         let magnitude = |p: &ParameterInfo| p.off.is_some() && !p.logarithmic;
-        let mut small = values.to_vec();
-        for (value, info) in small.iter_mut().zip(infos) {
-            if let Some(off) = info.off.filter(|_| magnitude(info)) {
-                *value = off + NEARLY_ABSENT * (*value - off);
-            }
-        }
         let each = baseline.map_or_else(Vec::new, |baseline| {
-            let iterations = baseline.settings.intervals.baseline_iterations;
+            let settings = &baseline.settings.intervals;
+            let iterations = settings.baseline_iterations;
+            let cause = on_baseline(cause, baseline.system.experiment_len());
+            let mut small = cause.own().to_vec();
+            for (value, info) in small.iter_mut().zip(infos) {
+                if let Some(off) = info.off.filter(|_| magnitude(info)) {
+                    *value = off + settings.baseline_small_share * (*value - off);
+                }
+            }
+            let starts = [cause.with_own(&small), cause];
             let all = parallel::map(baseline.len(), |i| {
                 let alone = baseline.part(i, baseline.windows[i].clone());
-                let fits = [values, small.as_slice()].into_iter().filter_map(|start| {
-                    alone.fit(alone.base().with(candidate, start), iterations).ok()
+                let fits = starts.iter().filter_map(|start| {
+                    alone.fit(alone.base().with_member(start.clone()), iterations).ok()
                 });
                 let fit = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
                 let intervals = alone.intervals(&fit).ok()?;
@@ -79,6 +82,19 @@ impl Apparent {
         between_recordings(&seen).map_or(0.0, |(deviation, count)| {
             t_quantile_95(count) * deviation * (1.0 / self.diagnosed as f64 + 1.0 / count).sqrt()
         })
+    }
+}
+
+/// A cause as it would act in each of some baseline recordings: in the stretch in which it acts in all diagnosed ones, else always.
+fn on_baseline(cause: &Member, recordings: usize) -> Member {
+    let shared = cause.schedule.as_ref().filter(|s| s.pattern == Pattern::Shared);
+    let within = |s: &Arc<Schedule>| s.acts.iter().copied().find(|a| matches!(a, Acts::Within(..)));
+    match shared.and_then(|s| Some((s, within(s)?))) {
+        Some((schedule, acts)) => Member {
+            schedule: Some(Arc::new(Schedule { acts: vec![acts; recordings], ..schedule.held() })),
+            ..cause.clone()
+        },
+        None => Member::always(cause.candidate, cause.own()),
     }
 }
 

@@ -204,8 +204,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             let (own, times) = all.split_at(own_len);
             let fitted = first..first + own_len;
             let stability = ParameterStability::of(problem, &best.hypothesis, place, own);
-            let start = (member.candidate, member.own());
-            let apparent = Apparent::of(self.baseline, start, info.parameters, problem.len());
+            let apparent = Apparent::of(self.baseline, member, info.parameters, problem.len());
             let parts = stability.as_ref().map_or(&[][..], |s| &s.half_widths);
             let errors = Errors { model: &of_model, first: fitted.start, parts };
             let mut parameters = widened(problem, (best, place), own, &errors, &apparent);
