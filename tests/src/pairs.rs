@@ -205,7 +205,8 @@ pub fn shown_table(all: &[PairOutcome]) -> Result<String, String> {
 }
 
 /// Designs a protocol for a pair whose effects have a multiple of their limits, and measures it and the published excitation on the rig
-/// where the design is expected to separate the pair. `None` for an effect without a limit.
+/// where the design is expected to separate the pair. `None` for an effect without a limit, and for a pair that the published excitation is
+/// expected to separate.
 ///
 /// # Panics
 /// If the rig or a training fails.
@@ -233,6 +234,12 @@ pub fn measured(
         seed: SEED,
         ..DesignOptions::default()
     };
+    // Nothing is designed for a pair that the published excitation distinguishes.
+    let first = DesignOptions { evaluations: 1, ..options.clone() };
+    let published: Design = design(model, &first, &|_| {}).expect("a design");
+    if published.separations.first()?.standard >= 1.0 {
+        return None;
+    }
     let designed: Design = design(model, &options, &|_| {}).expect("a design");
     let separated = designed.separations.first()?;
     let info = by_id(&own.effect)?.info();

@@ -95,22 +95,6 @@ fn frictions_that_one_pressure_does_not_tell_apart_are_listed_together() {
     names_in_case("pairs-075", &["load_friction", "stiffness_drift"]);
 }
 
-/// Alone on a baseline recording, the delay of 10 ms that is found is fitted from 10 ms down to nothing; the fit stops at 1 to 4 ms. From a
-/// small delay it ends at nothing, so that the baseline recordings do not seem to have delays of milliseconds.
-#[test]
-fn baseline_recordings_are_asked_from_small_values_too() {
-    names_in_case("singles-122", &["actuation_delay"]);
-    names_in_case("singles-104", &["load_friction"]);
-}
-
-/// An error of the model that goes with the first half of the excitation looks like a cause that ends there, in the baseline recordings as in
-/// the others.
-#[test]
-#[ignore = "long"]
-fn what_ends_in_baseline_recordings_too_is_no_cause() {
-    names_in_case("singles-029", &["pressure_gain"]);
-}
-
 /// What `diagnose` prints of the published real run, without the search for a law.
 fn diagnose_real_run(out: &Path, more: &[&str]) -> String {
     let (model, data) = (published_weights(), published("data.mat"));
@@ -496,5 +480,22 @@ mod long {
             p_values.extend(d.null_test.map(|t| t.p_value));
         }
         assert!(p_values.iter().any(|&p| p > 0.05), "chance would explain as much: {p_values:?}");
+    }
+
+    /// Alone on a baseline recording, the delay of 10 ms that is found is fitted from 10 ms down to nothing; the fit stops at 1 to 4 ms. From a
+    /// small delay it ends at nothing, so that the baseline recordings do not seem to have delays of milliseconds.
+    #[test]
+    #[ignore = "long"]
+    fn baseline_recordings_are_asked_from_small_values_too() {
+        names_in_case("singles-122", &["actuation_delay"]);
+        names_in_case("singles-104", &["load_friction"]);
+    }
+
+    /// An error of the model that goes with the first half of the excitation looks like a cause that ends there, in the baseline recordings as in
+    /// the others.
+    #[test]
+    #[ignore = "long"]
+    fn what_ends_in_baseline_recordings_too_is_no_cause() {
+        names_in_case("singles-029", &["pressure_gain"]);
     }
 }
