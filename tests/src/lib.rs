@@ -27,6 +27,23 @@ pub fn published_weights() -> PathBuf {
     published("hybrid_model_puresine_16.eqx")
 }
 
+/// A table as CSV.
+///
+/// # Errors
+/// A sentence if a row cannot be written.
+pub fn csv_text<R: serde::Serialize>(
+    header: &[&str],
+    rows: impl IntoIterator<Item = R>,
+) -> Result<String, String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(header).map_err(|e| e.to_string())?;
+    for row in rows {
+        writer.serialize(row).map_err(|e| e.to_string())?;
+    }
+    let bytes = writer.into_inner().map_err(|e| e.to_string())?;
+    String::from_utf8(bytes).map_err(|e| e.to_string())
+}
+
 /// Runs a program and returns what it printed.
 ///
 /// # Panics

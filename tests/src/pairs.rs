@@ -1,5 +1,6 @@
 //! Pairs of effects that the published excitation does not distinguish and a designed protocol does, shown on the virtual rig.
 
+use crate::csv_text;
 use crate::experiment::EFFECTS;
 use pam_core::{AnyForce, ForceModel};
 use pam_data::{LoadOptions, RawLogOptions, Recording, Subject, open_recordings, parse_model};
@@ -128,7 +129,7 @@ impl Said {
         matches!(&self.named[..], [(id, confusable)] if id == effect && confusable.iter().all(|c| c != other))
     }
 
-    /// Named causes, each with those that are not distinguished from it, without commas.
+    /// The verdict and the named causes, each with its alternatives, on one line.
     #[must_use]
     pub fn text(&self) -> String {
         let of = |(id, confusable): &(String, Vec<String>)| match &confusable[..] {
@@ -167,7 +168,7 @@ pub struct PairOutcome {
 }
 
 impl PairOutcome {
-    /// Whether the diagnosis confuses the two effects under the published excitation but distinguishes them under the design.
+    /// Whether the pair is ambiguous under the published excitation and resolved by the designed protocol.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         self.said.as_ref().is_some_and(|[standard, designed]| {
@@ -180,9 +181,8 @@ impl PairOutcome {
 /// The pairs that were shown, as CSV.
 ///
 /// # Errors
-/// What the writer says.
+/// A sentence if the table cannot be written.
 pub fn shown_table(all: &[PairOutcome]) -> Result<String, String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
     let columns = [
         "hidden",
         "taken_for",
@@ -192,16 +192,13 @@ pub fn shown_table(all: &[PairOutcome]) -> Result<String, String> {
         "said_published",
         "said_designed",
     ];
-    writer.write_record(columns).map_err(|e| e.to_string())?;
-    for o in all.iter().filter(|o| o.is_shown()) {
+    let rows = all.iter().filter(|o| o.is_shown()).map(|o| {
         let own = [o.effect.clone(), o.other.clone(), o.multiple.to_string()];
         let foretold = o.foretold.iter().map(|d| format!("{d:.2}"));
         let said = o.said.iter().flatten().map(Said::text);
-        let row = own.into_iter().chain(foretold).chain(said);
-        writer.write_record(row).map_err(|e| e.to_string())?;
-    }
-    let bytes = writer.into_inner().map_err(|e| e.to_string())?;
-    String::from_utf8(bytes).map_err(|e| e.to_string())
+        own.into_iter().chain(foretold).chain(said).collect::<Vec<String>>()
+    });
+    csv_text(&columns, rows)
 }
 
 /// Designs a protocol for a pair whose effects have a multiple of their limits, and measures it and the published excitation on the rig

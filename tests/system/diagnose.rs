@@ -482,8 +482,8 @@ mod long {
         assert!(p_values.iter().any(|&p| p > 0.05), "chance would explain as much: {p_values:?}");
     }
 
-    /// Alone on a baseline recording, the delay of 10 ms that is found is fitted from 10 ms down to nothing; the fit stops at 1 to 4 ms. From a
-    /// small delay it ends at nothing, so that the baseline recordings do not seem to have delays of milliseconds.
+    /// The data have a delay of 10 ms, the baseline recordings none. Started from 10 ms, fits to the baseline recordings stop at local
+    /// minima of 1 to 4 ms; started from a small delay, they reach zero.
     #[test]
     #[ignore = "long"]
     fn baseline_recordings_are_asked_from_small_values_too() {
@@ -491,8 +491,8 @@ mod long {
         names_in_case("singles-104", &["load_friction"]);
     }
 
-    /// An error of the model that goes with the first half of the excitation looks like a cause that ends there, in the baseline recordings as in
-    /// the others.
+    /// A model error that is confined to the first half of the excitation looks like a cause that ends there, in the baseline recordings as
+    /// well.
     #[test]
     #[ignore = "long"]
     fn what_ends_in_baseline_recordings_too_is_no_cause() {

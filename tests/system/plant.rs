@@ -106,10 +106,10 @@ fn dry_friction_takes_a_constant_amplitude_from_each_period() {
     assert!(x[x.len() - 500..].iter().all(|v| v.to_bits() == last.to_bits()), "it sticks");
 }
 
-/// An encoder's zero that jumps is an offset of the position from then on, and so it is with the gain of a sensor: what the study takes for
-/// the same gives the same recordings.
+/// A step in the encoder's zero is a position offset with an onset, and a step in a sensor's gain is a pressure gain with an onset: the
+/// recordings are identical, so the study may count them as the same effect.
 #[test]
-fn jumps_of_sensors_are_listed_effects_that_begin() {
+fn sensor_steps_are_listed_effects_with_an_onset() {
     let jumps = [
         (
             Hidden::new("tendon_slip", &[("time_s", 1.0), ("slip_mm", 0.4)]),

@@ -442,8 +442,8 @@ settings! {
         shape_iterations: usize = 8, "iterations", COUNT, TIME;
         /// Iterations of the fit of a named effect to the baseline recordings.
         baseline_iterations: usize = 6, "iterations", COUNT, TIME;
-        /// Share of its magnitudes from which a named effect is fitted to the baseline recordings as well: where it is absent, a fit from
-        /// its own values may stop at a local minimum.
+        /// Fraction of the magnitudes of a named effect from which a second fit to the baseline recordings starts: where the effect is absent,
+        /// a fit from its own values may stop at a local minimum.
         baseline_small_share: f64 = 0.05, "–", SHARE, STUDIES;
         /// Resamplings of the bootstrap of the error reduction.
         resamples: usize = 1000, "draws", [40.0, 1e5], USUAL;

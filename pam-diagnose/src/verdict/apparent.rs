@@ -23,9 +23,9 @@ pub(crate) struct Apparent {
 }
 
 impl Apparent {
-    /// Fits a cause alone to each baseline recording, from its values and from small magnitudes; the better fit counts. It acts in the
-    /// stretch in which it acts in all recordings alike, as errors of the model do where the excitation is the same. Nothing without
-    /// baseline recordings.
+    /// Fits the cause alone to each baseline recording, once from its own values and once from small magnitudes, and keeps the better
+    /// fit. An onset or end that all diagnosed recordings share is kept: model errors recur at the same time under the same excitation.
+    /// Empty without baseline recordings.
     pub(crate) fn of<C: Candidates + ?Sized>(
         baseline: Option<&Problem<'_, C>>,
         cause: &Member,
@@ -36,6 +36,8 @@ impl Apparent {
             [i.value - info.off.unwrap_or(0.0), i.deviation()]
         };
         let magnitude = |p: &ParameterInfo| p.off.is_some() && !p.logarithmic;
+        // Scales and times take no part in a half-width: a cause without magnitudes needs no fits.
+        let baseline = baseline.filter(|_| infos.iter().any(magnitude));
         let each = baseline.map_or_else(Vec::new, |baseline| {
             let settings = &baseline.settings.intervals;
             let iterations = settings.baseline_iterations;
@@ -85,13 +87,13 @@ impl Apparent {
     }
 }
 
-/// A cause as it would act in each of some baseline recordings: in the stretch in which it acts in all diagnosed ones, else always.
+/// The cause with a schedule for the baseline recordings: the onset and end that all diagnosed recordings share, or none if they differ.
 fn on_baseline(cause: &Member, recordings: usize) -> Member {
     let shared = cause.schedule.as_ref().filter(|s| s.pattern == Pattern::Shared);
-    let within = |s: &Arc<Schedule>| s.acts.iter().copied().find(|a| matches!(a, Acts::Within(..)));
-    match shared.and_then(|s| Some((s, within(s)?))) {
-        Some((schedule, acts)) => Member {
-            schedule: Some(Arc::new(Schedule { acts: vec![acts; recordings], ..schedule.held() })),
+    let timed = |s: &Arc<Schedule>| s.acts.iter().position(|a| matches!(a, Acts::Within(..)));
+    match shared.and_then(|s| Some((s, timed(s)?))) {
+        Some((schedule, like)) => Member {
+            schedule: Some(Arc::new(schedule.held().of_parts(&vec![like; recordings]))),
             ..cause.clone()
         },
         None => Member::always(cause.candidate, cause.own()),

@@ -20,7 +20,7 @@ pub struct Hooks {
     pub advance: bool,
     /// [`Effect::delay_s`], [`Effect::inertia_kg`] or [`Effect::chamber`].
     pub constants: bool,
-    /// [`Effect::delay_s`], which then has a derivative where it is zero, too.
+    /// [`Effect::delay_s`]: simulations then carry its derivative even at zero delay.
     pub delay: bool,
     /// [`Effect::observe`].
     pub observe: bool,

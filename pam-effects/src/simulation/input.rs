@@ -82,7 +82,7 @@ impl FineForce {
         let last = self.values_mn.len() - 1;
         let ends = [0.0, last as f64].map(S::constant);
         let position = shifted.scaled(1.0 / self.spacing_s).clamped(ends[0], ends[1]);
-        // At a point, as far as it can be computed, the line before it: a delay that is about to begin looks back.
+        // At a grid point, within rounding, the line before it: the derivative is that towards a positive delay.
         let whole = (position.real() - 1e-9).floor().clamp(0.0, (last - 1) as f64);
         let value = |k: usize| {
             let added = self.by_lead_mn.get(k).map_or(0.0, |by_lead| blend * by_lead);

@@ -264,7 +264,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             self.delay_s = delay_s(self.parts, self.record.since_start_s + time_s);
         }
         let delay_s = self.delay_s;
-        // Where the delay is zero, its derivative is not.
+        // At zero delay the force is the recorded one, but its derivative with respect to the delay is not zero.
         let is_delayed = delay_s.real() != 0.0 || (S::NDERIV > 0 && self.hooks.delay);
         let at_half = |recorded: &FineForce, led_mn: Option<&[f64]>| match led_mn {
             _ if is_delayed => recorded.at(S::constant(time_s) - delay_s, lead),

@@ -124,7 +124,7 @@ fn compare(trial: &Trial, base: &Base<f64>, effect: &'static dyn AnyEffect, valu
     }
 }
 
-/// A delay of zero delays nothing and has a derivative all the same: a fit that comes to zero is not held there.
+/// The derivative with respect to a delay does not vanish at zero delay, so a fit that reaches zero can leave it.
 #[test]
 fn a_delay_has_a_derivative_where_it_is_zero() {
     let model = weights();

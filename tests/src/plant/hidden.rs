@@ -94,8 +94,8 @@ impl Hidden {
         self.onset_s.max(self.values.get("time_s").copied().unwrap_or(0.0))
     }
 
-    /// The effect of the vocabulary with the same equation: its own id, or that of the effect that begins where the encoder's zero or the
-    /// gain of a sensor jumps.
+    /// Id of the vocabulary's effect with the same equation: a step in the encoder's zero is a position offset with an onset, a step in a
+    /// sensor's gain a pressure gain with an onset. Its own id otherwise.
     #[must_use]
     pub fn same_as(&self) -> &str {
         match self.id.as_str() {

@@ -166,7 +166,7 @@ pub fn criteria(outcomes: &[Outcome]) -> Vec<Share> {
         Share::of(
             "`explained` where something unlisted is hidden",
             of(Kind::Unlisted),
-            Outcome::explains_the_unlisted,
+            Outcome::explained_unlisted_wrongly,
             Asked::AtMost(0.02),
         ),
         Share::of(

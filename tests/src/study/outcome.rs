@@ -17,7 +17,7 @@ pub const REFUSED: &str = "refused";
 /// A fault that is at least this many times the limit of detection must not go unsaid in `explained`.
 const CERTAIN_LIMITS: f64 = 2.0;
 
-/// Largest difference of the times at which a phenomenon begins and is said to begin, s.
+/// Largest error of a named onset that counts as right, s.
 const SAME_TIME_S: f64 = 0.5;
 
 /// A hidden effect with its size over the limit of detection.
@@ -190,10 +190,10 @@ impl Outcome {
         self.causes.iter().filter(|c| !c.minor)
     }
 
-    /// Whether a phenomenon outside the vocabulary is `explained` by something else: not by the listed effect of the same equation, beginning
-    /// when it does.
+    /// Whether the verdict on a phenomenon outside the vocabulary is `explained` and wrong: no listed effect has its equation, or another
+    /// effect or another onset is named.
     #[must_use]
-    pub fn explains_the_unlisted(&self) -> bool {
+    pub fn explained_unlisted_wrongly(&self) -> bool {
         let said = |c: &Named, t: &HiddenTruth| {
             let begins_s = c.parameters.get("onset_s").map_or(f64::NAN, |onset| onset[0]);
             c.covers(t.hidden.same_as()) && (begins_s - t.hidden.begins_s()).abs() <= SAME_TIME_S

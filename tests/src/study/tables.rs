@@ -2,6 +2,7 @@
 
 use super::criteria::{Share, criteria};
 use super::{Kind, Outcome, Source};
+use crate::csv_text;
 use pam_numerics::statistics::{median, quantile};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -11,17 +12,14 @@ use std::fmt::Write;
 /// # Errors
 /// A sentence if the table cannot be written.
 pub fn csv(outcomes: &[Outcome]) -> Result<String, String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
     let header = ["source", "criterion", "k", "n", "share", "low", "high", "asked", "holds"];
-    writer.write_record(header).map_err(|e| e.to_string())?;
-    for (source, outcomes) in by_source(outcomes) {
-        for s in criteria(&outcomes) {
-            let row = (source, s.criterion, s.k, s.n, s.share, s.low, s.high, s.asked, s.holds);
-            writer.serialize(row).map_err(|e| e.to_string())?;
-        }
-    }
-    let bytes = writer.into_inner().map_err(|e| e.to_string())?;
-    String::from_utf8(bytes).map_err(|e| e.to_string())
+    let rows = by_source(outcomes).into_iter().flat_map(|(source, outcomes)| {
+        let row = move |s: Share| {
+            (source, s.criterion, s.k, s.n, s.share, s.low, s.high, s.asked, s.holds)
+        };
+        criteria(&outcomes).into_iter().map(row)
+    });
+    csv_text(&header, rows)
 }
 
 /// Outcomes of plant and rig, which are never counted together.
