@@ -3,11 +3,12 @@
 use crate::data::Roles;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Interval, Member, Problem};
-use crate::noise::{MotionError, Noise, NoisePrior};
+use crate::noise::{Discrepancy, MotionErrors, Noise, NoisePrior};
 use crate::search::{Candidates, Nuisance, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::verdict::{Cause, Naming};
 use pam_core::parallel;
+use pam_numerics::dot;
 use pam_vocabulary::ParameterInfo;
 
 /// Candidates and errors of baseline recordings. A model that misses something small everywhere misses it in the
@@ -23,8 +24,8 @@ pub(crate) struct Baseline {
     pub(crate) local_widenings: Vec<f64>,
     /// Root-mean-square errors of the fitted channels that are left then.
     pub(crate) rms: Vec<f64>,
-    /// Autocovariances of the part of these errors that goes with the motion: the discrepancy of the model.
-    pub(crate) discrepancy: Vec<Vec<f64>>,
+    /// The part of these errors that goes with the motion.
+    pub(crate) discrepancy: Discrepancy,
     /// The noise of the recordings.
     pub(crate) noise: Noise,
     /// Names of the recordings.
@@ -59,6 +60,9 @@ impl Baseline {
             Some(left) => left,
             None => rows.whole.motion_errors(best).ok_or_else(diverges)?,
         };
+        let mut discrepancy = Discrepancy { covariances: left.covariances, levels: Vec::new() };
+        discrepancy.levels =
+            levels(&rows.whole, best, &rows.prior_with(&discrepancy)).ok_or_else(diverges)?;
         let deviation = |m: &Member| {
             let cause = names.causes.iter().find(|c| c.member.candidate == m.candidate);
             cause.map_or(0.0, |c| relative_deviation(system, c))
@@ -67,23 +71,43 @@ impl Baseline {
             deviations: best.members.iter().map(deviation).collect(),
             members: best.members.clone(),
             local_widenings: Nuisance::widenings(system.local(), &best.locals),
-            rms: left.iter().map(|l| l.rms).collect(),
-            discrepancy: left.into_iter().map(|l| l.autocovariance).collect(),
+            rms: left.rms,
+            discrepancy,
             noise: rows.whole.noise.clone(),
             recordings: rows.whole.names(),
         })
     }
 }
 
+/// The mean square of the whitened residual of each channel beside the noise with the model's own errors, of the recording where it is
+/// largest.
+fn levels<C: Candidates + ?Sized>(
+    open: &Problem<'_, C>,
+    best: &Hypothesis,
+    prior: &NoisePrior,
+) -> Option<Vec<f64>> {
+    let noise = Noise::learned(open, best, prior)?;
+    let mut problem = open.clone();
+    problem.noise = noise;
+    let mut largest = vec![0.0_f64; problem.noise.channels()];
+    for i in 0..problem.len() {
+        let white = problem.whitened_residuals(best, i).ok()?;
+        for (largest, own) in largest.iter_mut().zip(&white) {
+            *largest = largest.max(dot(own, own) / own.len().max(1) as f64);
+        }
+    }
+    Some(largest)
+}
+
 /// The errors that go with the motion in recordings to which the members of a hypothesis were not fitted: in each `open` one after a
-/// fit to the others, and in the `test` ones; channel by channel, the mean over recordings. In the recordings to which they were
+/// fit to the others, and in the `test` ones; the mean over recordings. In the recordings to which they were
 /// fitted members take errors of the model that are others elsewhere. Of a recording the smaller error counts, with or without the
 /// members, since other recordings need not have all of them. `None` without members, or where there is no unseen recording.
 fn errors_of_unseen<C: Candidates + ?Sized>(
     open: &Problem<'_, C>,
     test: &Problem<'_, C>,
     best: &Hypothesis,
-) -> Option<Vec<MotionError>> {
+) -> Option<MotionErrors> {
     if best.members.is_empty() {
         return None;
     }
@@ -110,11 +134,11 @@ fn errors_of_unseen<C: Candidates + ?Sized>(
     };
     let test = test.as_fitted();
     let several = if open.len() > 1 { open.len() } else { 0 };
-    let mut all: Vec<Vec<MotionError>> =
+    let mut all: Vec<MotionErrors> =
         parallel::map(several, of_open).into_iter().flatten().collect();
     let of_test = |i: usize| better(&test.part(i, test.windows[i].clone()), best);
     all.extend(parallel::map(test.len(), of_test).into_iter().flatten());
-    MotionError::means(all)
+    MotionErrors::means(&all)
 }
 
 /// The largest standard deviation of the magnitudes of a cause, relative to them.

@@ -219,7 +219,7 @@ pub(crate) fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) ->
     let schedules = fit.hypothesis.members.iter().filter_map(|m| m.schedule.as_ref());
     let choice = choice + schedules.map(|s| 2.0 * s.choices.max(1.0).ln()).sum::<f64>();
     let limits = open.settings.search.limit_cost * fit.scales_at_limit as f64;
-    observations * fit.errors.deviance_above(&open.noise.discrepancy_shares())
+    observations * fit.errors.deviance_above(open.noise.discrepancy_levels())
         / open.rows_per_observation
         + open.prior_cost(&fit.hypothesis)
         + parameters * observations.ln()

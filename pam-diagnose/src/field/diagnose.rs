@@ -6,7 +6,7 @@ use super::system::FieldSystem;
 use crate::data::{OpenPart, Roles, Span, TestSource, range};
 use crate::diagnosis::{self, Baseline, Diagnosis, Prepared};
 use crate::error::DiagnoseError;
-use crate::noise::{NoisePrior, noise_deviation};
+use crate::noise::{Discrepancy, NoisePrior, noise_deviation};
 #[cfg(feature = "report")]
 use crate::report::ReportModel;
 use crate::search::{Candidates, Nuisance};
@@ -50,7 +50,7 @@ pub struct DiagnosedField {
     pub(super) plain: Vec<f64>,
     /// Autocovariances of the errors of the baseline experiments that go with the motion.
     #[serde(skip)]
-    pub(super) discrepancy: Vec<Vec<f64>>,
+    pub(super) discrepancy: Discrepancy,
 }
 
 /// A diagnosis of a field.
@@ -123,7 +123,7 @@ where
         };
         let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
         let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
-        let mut discrepancy = Vec::new();
+        let mut discrepancy = Discrepancy::default();
         if let Some(roles) = baseline_roles {
             let seed = options.seed;
             let own = prior.clone();
@@ -138,9 +138,8 @@ where
                 }
             }
             Nuisance::widen(&mut system.local, &learned.local_widenings);
-            baseline_discrepancy =
-                learned.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect();
-            prior.add(learned.discrepancy.clone());
+            baseline_discrepancy = learned.discrepancy.covariances.deviations();
+            prior.discrepancy.add(&learned.discrepancy);
             discrepancy = learned.discrepancy;
             let (rms, recordings) = (learned.rms, learned.recordings);
             baseline = Some((FieldBaseline { effects, rms, recordings }, roles, learned.noise));

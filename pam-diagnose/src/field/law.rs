@@ -41,8 +41,8 @@ where
     }
     with_setup(problem, candidates, options, |setup| {
         let Setup { problem, settings, roles, noise, mut prior, experiments, .. } = setup;
-        if !found.model.discrepancy.is_empty() {
-            prior.add(found.model.discrepancy.clone());
+        if !found.model.discrepancy.covariances.is_empty() {
+            prior.discrepancy.add(&found.model.discrepancy);
         }
         let causes = || found.causes.iter().chain(&found.minor);
         let listed: Vec<Candidate> =

@@ -7,7 +7,7 @@ use crate::data::{Roles, TestSource};
 use crate::diagnosis::Baseline;
 use crate::error::DiagnoseError;
 use crate::fit::{Member, Problem};
-use crate::noise::Noise;
+use crate::noise::{Discrepancy, Noise};
 use crate::search::Candidates;
 use crate::settings::DiagnosisSettings;
 use pam_data::Subject;
@@ -33,9 +33,9 @@ pub struct BaselineDiscrepancy {
     pub local_widenings: Vec<f64>,
     /// Names of the baseline recordings.
     pub recordings: Vec<String>,
-    /// Autocovariances of the errors that go with the motion.
+    /// The errors that go with the motion.
     #[serde(skip)]
-    pub(super) discrepancy: Vec<Vec<f64>>,
+    pub(super) discrepancy: Discrepancy,
     #[serde(skip)]
     noise: Noise,
 }
@@ -95,7 +95,7 @@ impl BaselineDiscrepancy {
 
     /// Root mean squares of the errors that go with the motion.
     pub(super) fn sizes(&self) -> Vec<f64> {
-        self.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect()
+        self.discrepancy.covariances.deviations()
     }
 
     /// The baseline recordings as a problem: what a candidate seems to be where it is absent.

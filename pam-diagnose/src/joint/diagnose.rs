@@ -148,7 +148,7 @@ pub fn diagnose(
             Some(learned) => learned.clone(),
             None => BaselineDiscrepancy::from_trials(model, &baseline_trials, options, &done)?,
         };
-        prior.add(learned.discrepancy.clone());
+        prior.discrepancy.add(&learned.discrepancy);
         known = model.with(learned.effects.iter().cloned());
         system.learn(&learned);
         baseline = Some(learned);

@@ -87,7 +87,7 @@ pub(super) fn from_trials(
     let (noise, mut prior) = system.first_noise(&open, options.noise);
     let mut noise = noise;
     if let Some(baseline) = &found.model.baseline {
-        prior.add(baseline.discrepancy.clone());
+        prior.discrepancy.add(&baseline.discrepancy);
         // Errors that the model makes on the baseline recordings as well are none that a correction is to remove.
         for (noise, size) in noise.iter_mut().zip(baseline.sizes()) {
             *noise = noise.hypot(size);

@@ -261,7 +261,7 @@ impl<'a> Signatures<'a> {
             JointSystem::new(all, &open, model.base(), &model.effects, effects, settings);
         let (first, mut prior) = system.first_noise(&open, options.noise);
         if let Some(baseline) = &options.discrepancy {
-            prior.add(baseline.discrepancy.clone());
+            prior.discrepancy.add(&baseline.discrepancy);
             system.learn(baseline);
         }
         let first = noise.cloned().unwrap_or_else(|| Noise::white(&first));

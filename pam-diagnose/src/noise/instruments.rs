@@ -1,6 +1,6 @@
 //! A first estimate of the noise of each channel, from the data alone.
 
-use super::autocovariance;
+use super::{Covariances, Discrepancy, autocovariance};
 use crate::data::OpenPart;
 use crate::fit::fitted_outputs;
 use crate::search::Candidates;
@@ -31,7 +31,7 @@ pub fn moving_discrepancy<C: Candidates + ?Sized>(
     system: &C,
     open: &[OpenPart],
     settings: &NoiseSettings,
-) -> Vec<Vec<f64>> {
+) -> Discrepancy {
     let of_channel = |(c, _)| {
         let series: Vec<Vec<f64>> = open
             .iter()
@@ -44,7 +44,8 @@ pub fn moving_discrepancy<C: Candidates + ?Sized>(
         let series: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
         autocovariance(&series, settings.order)
     };
-    fitted_outputs(system).map(of_channel).collect()
+    let channels = fitted_outputs(system).map(of_channel).collect();
+    Discrepancy { covariances: Covariances::independent(channels), levels: Vec::new() }
 }
 
 /// The row means of a channel in an open part.

@@ -2,6 +2,7 @@
 
 use super::Noise;
 use super::autoregression::{Autoregression, autocovariance};
+use super::covariance::Covariances;
 use crate::fit::{Hypothesis, Problem, dot};
 use crate::residual::flexible::{FeatureRows, left_of_itself};
 use crate::search::Candidates;
@@ -11,9 +12,9 @@ impl Noise {
     /// The noise beside a fitted hypothesis: what a flexible model without names
     /// ([`FlexibleModel`](crate::residual::FlexibleModel)), learned from the same rows, leaves of its residual.
     ///
-    /// Channel by channel, the part that goes with the channels before it is taken out by least squares, and the rest is an
-    /// [`Autoregression`] with one correlation for all experiments and a size for each. The degrees of freedom that the
-    /// flexible model has used are given back, and the errors that the model is known to make join. `None` if the simulation
+    /// The degrees of freedom that the flexible model has used are given back, and the errors that the model is known to make join with
+    /// their covariances. Channel by channel, the part that goes with the channels before it is taken out by least squares, and the
+    /// rest is an [`Autoregression`] with one correlation for all experiments and a size for each. `None` if the simulation
     /// fails.
     #[must_use]
     pub fn learned<C: Candidates + ?Sized>(
@@ -25,52 +26,71 @@ impl Noise {
         let rows = FeatureRows::gather(problem, hypothesis)?;
         let left = left_of_itself(&rows, &problem.settings.verdict)?;
         let n = rows.len() as f64;
+        let count = left.len();
         let mut shared: Vec<Vec<f64>> = Vec::new();
-        let mut own: Vec<Vec<f64>> = Vec::new();
-        let (mut channels, mut discrepancy, mut freedoms) = (Vec::new(), Vec::new(), Vec::new());
+        // What each channel has of its own, and the multiples of the channels that it is.
+        let mut own: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+        let (mut channels, mut levels, mut freedoms) = (Vec::new(), Vec::new(), Vec::new());
         let mut relative = vec![Vec::new(); 1 + problem.experiments.iter().max().copied()?];
+        let known = &prior.discrepancy.covariances;
         for (c, (left, used_rows)) in left.into_iter().enumerate() {
             // A steady offset or a drift of one recording is no noise.
             let mut left = left;
             rows.experiments.iter().for_each(|r| detrend(&mut left[r.clone()]));
-            let left = winsorised(left, settings.largest_deviations);
-            // Gram–Schmidt: what is left of the channels before is not correlated among each other.
-            let whole = dot(&left, &left);
-            let mut rest = left;
-            let mut by_own = vec![0.0; c];
-            for (d, other) in own.iter().enumerate() {
-                let size = dot(other, other);
-                by_own[d] = if size > 0.0 { dot(&rest, other) / size } else { 0.0 };
-                rest.iter_mut().zip(other).for_each(|(r, o)| *r -= by_own[d] * o);
-            }
-            shared.push(in_channels(&by_own, &shared));
+            let mut rest = winsorised(left, settings.largest_deviations);
             // At least a row for every row that the flexible model may have used up.
             let used = used_rows + c as f64 + 2.0 * rows.experiments.len() as f64;
             let freedom = (n - used).max(settings.least_freedom * n);
+            // A size that is given, or what the data show with the degrees of freedom that the flexible model has used.
+            let whole = dot(&rest, &rest);
+            let given = prior.given.get(c).copied().flatten().filter(|_| whole > 0.0);
+            let factor = given.map_or(n / freedom, |d| d * d * n / whole).sqrt();
+            rest.iter_mut().for_each(|r| *r *= factor);
+            freedoms.push(if given.is_some() { f64::INFINITY } else { freedom });
+            // Gram–Schmidt: what is left of the channels before, noise and errors of the model, is not correlated among each other.
+            let mut weights = vec![0.0; count];
+            weights[c] = 1.0;
+            for (other, of_other) in &own {
+                let both = |rows: &[f64], weights: &[f64]| {
+                    let known = known.of_sums(weights, of_other).first().copied();
+                    dot(rows, other) / n + known.unwrap_or(0.0)
+                };
+                let size = both(other, of_other);
+                let share = if size > 0.0 { both(&rest, &weights) / size } else { 0.0 };
+                rest.iter_mut().zip(other).for_each(|(r, o)| *r -= share * o);
+                weights.iter_mut().zip(of_other).for_each(|(w, o)| *w -= share * o);
+            }
+            shared.push(weights[..c].iter().map(|w| -w).collect());
             let series: Vec<&[f64]> = rows.experiments.iter().map(|r| &rest[r.clone()]).collect();
             let shortest = series.iter().map(|s| s.len()).min()?;
             let order = settings.order.min(shortest / settings.rows_per_order);
             let mut gamma = autocovariance(&series, order);
-            // A size that is given, or what the data show with the degrees of freedom that the flexible model has used.
-            let given = prior.given.get(c).copied().flatten().filter(|_| gamma[0] > 0.0);
-            let own_share = dot(&rest, &rest) / whole.max(f64::MIN_POSITIVE);
-            let factor = given.map_or(n / freedom, |d| own_share * d * d / gamma[0]);
-            gamma.iter_mut().for_each(|g| *g *= factor);
             let variance = gamma[0];
-            let known = prior.discrepancy.get(c).map_or(&[][..], Vec::as_slice);
-            gamma.iter_mut().zip(known).for_each(|(g, known)| *g += known);
-            freedoms.push(if given.is_some() { f64::INFINITY } else { freedom });
-            discrepancy.push(known.first().map_or(0.0, |variance| variance.max(0.0).sqrt()));
+            let known = known.of_sum(&weights);
+            gamma.iter_mut().zip(&known).for_each(|(g, known)| *g += known);
+            let share = 1.0 - variance / gamma[0].max(f64::MIN_POSITIVE);
+            let level = prior.discrepancy.levels.get(c).copied().unwrap_or(1.0);
+            levels.push(share.clamp(0.0, 1.0).min(level));
             let learned = Autoregression::of_autocovariance(&gamma, n);
             let deviation = learned.deviation().max(prior.least[c]);
             let learned = learned.scaled_to(deviation);
             for (&e, own) in problem.experiments.iter().zip(&series) {
-                relative[e].push(relative_size(own, variance, factor, &learned, settings));
+                relative[e].push(relative_size(own, variance, &learned, settings));
             }
             channels.push(learned);
-            own.push(rest);
+            own.push((rest, weights));
         }
-        Some(Self { channels, shared, relative, discrepancy, freedom: freedoms })
+        let mut discrepancy = known.deviations();
+        discrepancy.resize(count, 0.0);
+        let discrepancy_levels = levels;
+        Some(Self {
+            channels,
+            shared,
+            relative,
+            discrepancy,
+            discrepancy_levels,
+            freedom: freedoms,
+        })
     }
 }
 
@@ -79,9 +99,8 @@ impl Noise {
 pub struct NoisePrior {
     /// No channel has a smaller standard deviation.
     pub least: Vec<f64>,
-    /// Autocovariances of the errors that the model itself makes in each channel, at the lags 0, 1, …: its discrepancy
-    /// (Kennedy and O'Hagan 2001). Empty without any.
-    pub discrepancy: Vec<Vec<f64>>,
+    /// The errors that the model itself makes.
+    pub discrepancy: Discrepancy,
     /// Standard deviations that are known of the noise of each channel, beside the discrepancy; only its correlation is
     /// learned then. Empty, or none for a channel, where the size is learned as well.
     pub given: Vec<Option<f64>>,
@@ -93,68 +112,65 @@ impl NoisePrior {
     pub fn at_least(least: Vec<f64>) -> Self {
         Self { least, ..Self::default() }
     }
+}
 
-    /// Adds a further discrepancy.
-    pub(crate) fn add(&mut self, discrepancy: Vec<Vec<f64>>) {
-        if self.discrepancy.is_empty() {
-            self.discrepancy = discrepancy;
-            return;
-        }
-        for (own, more) in self.discrepancy.iter_mut().zip(discrepancy) {
-            own.resize(own.len().max(more.len()), 0.0);
-            own.iter_mut().zip(more).for_each(|(o, m)| *o += m);
-        }
+/// The errors that a model itself makes: its discrepancy (Kennedy and O'Hagan 2001).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Discrepancy {
+    /// Their covariances; empty without any.
+    pub covariances: Covariances,
+    /// For each channel the mean square of the whitened residual that recordings without a fault have beside it. An autoregression of a
+    /// few rows cannot tell a slow error from the noise that it joins, so that this may be far less than 1. Empty where no such
+    /// recordings are known: then it is taken to be 1.
+    pub levels: Vec<f64>,
+}
+
+impl Discrepancy {
+    /// Adds errors of other recordings, with the levels that those have.
+    pub fn add(&mut self, other: &Self) {
+        self.covariances.add(&other.covariances, 1.0);
+        self.levels.clone_from(&other.levels);
     }
 }
 
-/// The error of one channel that goes with the motion.
-pub(crate) struct MotionError {
-    /// Root mean square of the whole residual.
-    pub(crate) rms: f64,
-    /// Autocovariance of what a flexible model learns of it.
-    pub(crate) autocovariance: Vec<f64>,
+/// The errors of all channels that go with the motion.
+pub(crate) struct MotionErrors {
+    /// Root mean square of the whole residual of each channel.
+    pub(crate) rms: Vec<f64>,
+    /// Covariances of what a flexible model learns of it.
+    pub(crate) covariances: Covariances,
 }
 
-impl MotionError {
-    /// The means over recordings, each with its channels; `None` without any.
-    pub(crate) fn means(recordings: Vec<Vec<Self>>) -> Option<Vec<Self>> {
-        let count = recordings.len() as f64;
-        let mut all = recordings.into_iter();
-        let mut sums = all.next()?;
-        sums.iter_mut().for_each(|s| s.rms *= s.rms);
-        for recording in all {
-            for (sum, own) in sums.iter_mut().zip(recording) {
-                sum.rms += own.rms * own.rms;
-                let longest = sum.autocovariance.len().max(own.autocovariance.len());
-                sum.autocovariance.resize(longest, 0.0);
-                let pairs = sum.autocovariance.iter_mut().zip(&own.autocovariance);
-                pairs.for_each(|(s, o)| *s += o);
-            }
+impl MotionErrors {
+    /// The means over recordings; `None` without any.
+    pub(crate) fn means(recordings: &[Self]) -> Option<Self> {
+        let share = 1.0 / recordings.len() as f64;
+        let mut covariances = Covariances::default();
+        let mut squares = vec![0.0; recordings.first()?.rms.len()];
+        for own in recordings {
+            covariances.add(&own.covariances, share);
+            squares.iter_mut().zip(&own.rms).for_each(|(s, rms)| *s += share * rms * rms);
         }
-        for sum in &mut sums {
-            sum.rms = (sum.rms / count).sqrt();
-            sum.autocovariance.iter_mut().for_each(|g| *g /= count);
-        }
-        Some(sums)
+        Some(Self { rms: squares.into_iter().map(f64::sqrt).collect(), covariances })
     }
 }
 
 impl<C: Candidates + ?Sized> Problem<'_, C> {
-    /// The errors of a fitted hypothesis that go with the motion, channel by channel; `None` if it cannot be simulated.
-    pub(crate) fn motion_errors(&self, hypothesis: &Hypothesis) -> Option<Vec<MotionError>> {
+    /// The errors of a fitted hypothesis that go with the motion; `None` if it cannot be simulated.
+    pub(crate) fn motion_errors(&self, hypothesis: &Hypothesis) -> Option<MotionErrors> {
         let rows = FeatureRows::gather(self, hypothesis)?;
         let left = left_of_itself(&rows, &self.settings.verdict)?;
-        let of_channel = |(residual, (left, _)): (&Vec<f64>, (Vec<f64>, f64))| {
-            let learned: Vec<f64> = residual.iter().zip(&left).map(|(r, l)| r - l).collect();
-            let series: Vec<&[f64]> =
-                rows.experiments.iter().map(|r| &learned[r.clone()]).collect();
-            let order = self.settings.noise.order;
-            MotionError {
-                rms: pam_numerics::statistics::root_mean_square(residual),
-                autocovariance: autocovariance(&series, order),
-            }
+        let learned = |(residual, (left, _)): (&Vec<f64>, (Vec<f64>, f64))| -> Vec<f64> {
+            residual.iter().zip(&left).map(|(r, l)| r - l).collect()
         };
-        Some(rows.residuals.iter().zip(left).map(of_channel).collect())
+        let learned: Vec<Vec<f64>> = rows.residuals.iter().zip(left).map(learned).collect();
+        let series: Vec<Vec<&[f64]>> = learned
+            .iter()
+            .map(|channel| rows.experiments.iter().map(|r| &channel[r.clone()]).collect())
+            .collect();
+        let covariances = Covariances::of_rows(&series, self.settings.noise.order);
+        let rms = rows.residuals.iter().map(|r| pam_numerics::statistics::root_mean_square(r));
+        Some(MotionErrors { rms: rms.collect(), covariances })
     }
 }
 
@@ -179,23 +195,11 @@ fn winsorised(mut rows: Vec<f64>, largest: f64) -> Vec<f64> {
     rows
 }
 
-/// Multiples of the channels themselves from multiples of what they have of their own.
-fn in_channels(by_own: &[f64], shared: &[Vec<f64>]) -> Vec<f64> {
-    let mut of_channels = by_own.to_vec();
-    for (d, share) in by_own.iter().enumerate() {
-        for (k, other) in shared[d].iter().enumerate() {
-            of_channels[k] -= share * other;
-        }
-    }
-    of_channels
-}
-
 /// The size of one experiment's noise over the common one: its variance, drawn towards the common one by as many
 /// observations as [`relative_observations`](NoiseSettings::relative_observations).
 fn relative_size(
     own: &[f64],
     variance: f64,
-    correction: f64,
     noise: &Autoregression,
     settings: &NoiseSettings,
 ) -> f64 {
@@ -203,7 +207,7 @@ fn relative_size(
         return 1.0;
     }
     let observations = own.len() as f64 / noise.correlated_rows();
-    let ratio = correction * dot(own, own) / own.len().max(1) as f64 / variance;
+    let ratio = dot(own, own) / own.len().max(1) as f64 / variance;
     let prior = settings.relative_observations;
     ((observations * ratio + prior) / (observations + prior)).sqrt()
 }

@@ -14,14 +14,16 @@
 
 mod autoregression;
 mod correlation;
+mod covariance;
 mod instruments;
 mod learned;
 
 pub use autoregression::{Autoregression, autocovariance};
 pub use correlation::correlated_rows;
+pub use covariance::Covariances;
 pub use instruments::{estimated_noise, moving_discrepancy, noise_deviation};
-pub(crate) use learned::MotionError;
-pub use learned::NoisePrior;
+pub(crate) use learned::MotionErrors;
+pub use learned::{Discrepancy, NoisePrior};
 
 /// The noise of the rows of each fitted channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +37,8 @@ pub struct Noise {
     relative: Vec<Vec<f64>>,
     /// Standard deviation of the errors that the model itself is known to make in each channel, part of `channels`.
     discrepancy: Vec<f64>,
+    /// The mean square of the whitened residual of each channel that is due to them.
+    discrepancy_levels: Vec<f64>,
     /// Degrees of freedom of the learned size of each channel: rows less those that the flexible model used up.
     freedom: Vec<f64>,
 }
@@ -47,7 +51,8 @@ impl Noise {
         let shared = (0..channels.len()).map(|c| vec![0.0; c]).collect();
         let discrepancy = vec![0.0; channels.len()];
         let freedom = vec![f64::INFINITY; channels.len()];
-        Self { channels, shared, relative: Vec::new(), discrepancy, freedom }
+        let discrepancy_levels = discrepancy.clone();
+        Self { channels, shared, relative: Vec::new(), discrepancy, discrepancy_levels, freedom }
     }
 
     /// Noise of known channels, independent between them.
@@ -96,11 +101,11 @@ impl Noise {
         self.discrepancy[channel]
     }
 
-    /// The share of the variance of each channel's noise that is the model's own error.
+    /// The mean square of the whitened residual of each channel that is due to the model's own errors: their share of the variance of
+    /// the channel less those before it, or the [level](Discrepancy::levels) of recordings without a fault if that is less.
     #[must_use]
-    pub fn discrepancy_shares(&self) -> Vec<f64> {
-        let share = |c: usize| (self.discrepancy[c] / self.deviation(c)).powi(2).min(1.0);
-        (0..self.channels()).map(share).collect()
+    pub fn discrepancy_levels(&self) -> &[f64] {
+        &self.discrepancy_levels
     }
 
     /// Degrees of freedom of the learned size of a channel's noise; infinite where it is known.

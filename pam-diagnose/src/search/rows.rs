@@ -4,7 +4,7 @@ use super::candidates::Candidates;
 use super::scored::{Scored, score};
 use crate::data::{Roles, Split};
 use crate::fit::{Fit, Hypothesis, Problem};
-use crate::noise::{Noise, NoisePrior};
+use crate::noise::{Discrepancy, Noise, NoisePrior};
 use crate::settings::DiagnosisSettings;
 
 /// Training and validation rows, apart and together.
@@ -47,6 +47,13 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
         let noise = Noise::learned(&self.whole, &fit.hypothesis, &self.prior)?;
         self.set_noise(&noise, &fit.hypothesis)?;
         self.whole.fit(fit.hypothesis, iterations).ok()
+    }
+
+    /// The knowledge of the noise with further errors of the model.
+    pub(crate) fn prior_with(&self, discrepancy: &Discrepancy) -> NoisePrior {
+        let mut prior = self.prior.clone();
+        prior.discrepancy.add(discrepancy);
+        prior
     }
 
     /// Takes a noise as the unit of all errors, and the correlation of what a fitted set leaves as the number of rows that are

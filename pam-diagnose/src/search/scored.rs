@@ -61,8 +61,8 @@ impl Scored {
 pub(super) fn score<C: Candidates + ?Sized>(split: &Split<'_, C>, fit: Fit) -> Option<Scored> {
     let validation = split.validation_errors(&fit.hypothesis).ok()?;
     let problem = &split.train;
-    let own = problem.noise.discrepancy_shares();
-    let rows = |e: &ChannelErrors| e.rows as f64 * e.deviance_above(&own);
+    let own = problem.noise.discrepancy_levels();
+    let rows = |e: &ChannelErrors| e.rows as f64 * e.deviance_above(own);
     let misfit = rows(&fit.errors) + rows(&validation);
     let price = problem.prior_cost(&fit.hypothesis) + complexity(split, &fit);
     let rows_per_observation = problem.correlated_rows(&fit.hypothesis).ok()?;

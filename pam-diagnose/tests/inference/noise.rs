@@ -2,7 +2,9 @@
 
 use crate::linear::{Experiment, Linear, coloured, combined, white};
 use pam_diagnose::DiagnosisSettings;
-use pam_diagnose::noise::{Autoregression, Noise, NoisePrior, autocovariance};
+use pam_diagnose::noise::{
+    Autoregression, Covariances, Discrepancy, Noise, NoisePrior, autocovariance,
+};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
@@ -91,7 +93,13 @@ fn the_noise_is_learned_beside_a_motion() {
         let expected = (1.0 + rho) / (1.0 - rho);
         assert!((rows / expected - 1.0).abs() < 0.35, "{rho}: {rows} {expected}");
         // A known discrepancy joins, and no noise is below the least.
-        let known = NoisePrior { discrepancy: vec![vec![0.75]], ..prior.clone() };
+        let known = NoisePrior {
+            discrepancy: Discrepancy {
+                covariances: Covariances::independent(vec![vec![0.75]]),
+                ..Discrepancy::default()
+            },
+            ..prior.clone()
+        };
         let noise = Noise::learned(&problem, &base, &known).unwrap();
         assert!((noise.deviation(0) - 1.0).abs() < 0.05, "{}", noise.deviation(0));
         let noise = Noise::learned(&problem, &base, &NoisePrior::at_least(vec![2.0])).unwrap();
@@ -102,4 +110,36 @@ fn the_noise_is_learned_beside_a_motion() {
         assert!((noise.deviation(0) - 3.0).abs() < 1e-9, "{}", noise.deviation(0));
         assert!((noise.channel(0).correlated_rows() / rows - 1.0).abs() < 1e-9);
     }
+}
+
+/// The covariances of sums of channels are those of the summed rows, whatever the weights, and add up over recordings.
+#[test]
+fn covariances_of_sums_are_those_of_summed_rows() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let a = coloured(&mut random, 400, 0.8);
+    let own = coloured(&mut random, 400, 0.3);
+    let b: Vec<f64> = a.iter().zip(&own).map(|(a, own)| 3.0 * a + own).collect();
+    let both = Covariances::of_rows(&[vec![&a], vec![&b]], 5);
+    let sum = |weights: [f64; 2]| -> Vec<f64> {
+        a.iter().zip(&b).map(|(a, b)| weights[0] * a + weights[1] * b).collect()
+    };
+    let near = |found: &[f64], expected: &[f64]| {
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-10 * (1.0 + expected.abs()), "{found} {expected}");
+        }
+    };
+    for weights in [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [-3.0, 1.0], [0.4, -2.0]] {
+        near(&both.of_sum(&weights), &autocovariance(&[&sum(weights)], 5));
+        // With another sum at lag 0.
+        let products = sum(weights).iter().zip(&b).map(|(s, b)| s * b).sum::<f64>() / 400.0;
+        near(&both.of_sums(&weights, &[0.0, 1.0])[..1], &[products]);
+    }
+    let mut twice = Covariances::independent(vec![vec![1.0], vec![1.0]]);
+    twice.add(&both, 2.0);
+    let expected = autocovariance(&[&sum([-3.0, 1.0])], 5);
+    let mut expected: Vec<f64> = expected.iter().map(|g| 2.0 * g).collect();
+    expected[0] += 10.0;
+    near(&twice.of_sum(&[-3.0, 1.0]), &expected);
+    near(&twice.deviations()[..1], &[(1.0 + 2.0 * autocovariance(&[&a], 0)[0]).sqrt()]);
 }
