@@ -214,6 +214,13 @@ fn neighbours<C: Candidates + ?Sized>(
                 others.push(rows.at_best_amplitude(rest.with(*candidate, values)));
             }
         }
+        // Beside nothing, the screening may have seen another shape of it.
+        let shapes_of = |h: &Hypothesis| {
+            let place = h.members.iter().position(|m| !rest.contains(m.candidate));
+            place.map_or_else(Vec::new, |place| in_other_shapes(rows.whole.system, h, place))
+        };
+        let shapes: Vec<Hypothesis> = others.iter().flat_map(shapes_of).collect();
+        others.extend(shapes);
         let mut sets = rows.fit_all(others, Some(best));
         if members < most {
             let pairs = linearised.pairs();

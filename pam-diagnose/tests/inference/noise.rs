@@ -126,7 +126,10 @@ fn covariances_of_sums_are_those_of_summed_rows() {
     let near = |found: &[f64], expected: &[f64]| {
         assert_eq!(found.len(), expected.len());
         for (found, expected) in found.iter().zip(expected) {
-            assert!((found - expected).abs() < 1e-10 * (1.0 + expected.abs()), "{found} {expected}");
+            assert!(
+                (found - expected).abs() < 1e-10 * (1.0 + expected.abs()),
+                "{found} {expected}"
+            );
         }
     };
     for weights in [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [-3.0, 1.0], [0.4, -2.0]] {
