@@ -16,7 +16,7 @@ use pam_experiment::certify::{Case, Outcome, Plan, clopper_pearson};
 use pam_experiment::detect::Detection;
 use pam_tests::experiment::{agreement, compared, confusions, foretold, found, published, run};
 use pam_tests::nulls::{self, NullCase, NullOutcome};
-use pam_tests::pairs::{self, PairOutcome};
+use pam_tests::pairs::{self, PairOutcome, Published};
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde_json::json;
@@ -107,48 +107,58 @@ fn stored<T: DeserializeOwned>(path: &Path, key: &str) -> Vec<T> {
 /// Pairs of effects that a design separates and the published excitation does not.
 fn pairs(arguments: &Arguments) -> Result<(), String> {
     let path = arguments.out.join("pairs.json");
+    let mut seen: Vec<Published> = stored(&path, "published");
     let mut all: Vec<PairOutcome> = stored(&path, "pairs");
     let shown = |all: &[PairOutcome]| all.iter().filter(|o| o.is_shown()).count();
-    let write = |all: &[PairOutcome]| -> Result<(), String> {
-        let text = json!({ "tried": all.len(), "shown": shown(all), "pairs": all });
+    let write = |seen: &[Published], all: &[PairOutcome]| -> Result<(), String> {
+        let text =
+            json!({ "tried": all.len(), "shown": shown(all), "pairs": all, "published": seen });
         write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
         let table = pairs::shown_table(all)?;
         let path = arguments.out.join("pairs.csv");
         write_atomic(&path, table.as_bytes()).map_err(|e| e.to_string())
     };
     if shown(&all) >= arguments.shown {
-        return write(&all);
+        return write(&seen, &all);
     }
     let model = pairs::model();
     let foretold = pairs::foretold(&model);
     for multiple in pairs::MULTIPLES {
-        let confused = pairs::confused(&foretold.0, multiple);
-        println!("{} pairs are foretold to be confused at {multiple} limits", confused.len());
-        for pair in confused {
-            let is_known = |o: &PairOutcome| {
-                let same = pair.effect.starts_with(&o.effect) && pair.other == o.other;
-                let reverse = pair.effect.starts_with(&o.other) && pair.other == o.effect;
-                (same && o.multiple == multiple) || ((same || reverse) && o.is_shown())
-            };
-            if all.iter().any(is_known) {
-                continue;
-            }
-            let Some(outcome) = pairs::measured(&model, &foretold, pair, multiple) else {
-                continue;
-            };
-            println!(
-                "{} / {} at {multiple} limits: {:.2} -> {:.2}, shown: {}, {:?}",
-                outcome.effect,
-                outcome.other,
-                outcome.foretold[0],
-                outcome.foretold[1],
-                outcome.is_shown(),
-                outcome.said
-            );
-            all.push(outcome);
-            write(&all)?;
-            if shown(&all) >= arguments.shown {
-                return Ok(());
+        let is_known = |label: &str, seen: &[Published]| {
+            seen.iter().any(|p| p.effect == label && p.multiple == multiple)
+        };
+        let limits = &foretold.0.limits;
+        let due: Vec<_> = limits.iter().filter(|l| !is_known(&l.label, &seen)).collect();
+        seen.par_extend(due.par_iter().filter_map(|own| pairs::published(&model, own, multiple)));
+        write(&seen, &all)?;
+        for case in seen.clone().iter().filter(|p| p.multiple == multiple) {
+            let own = foretold.0.of(&case.effect).ok_or("an effect without a limit")?;
+            println!("{} at {multiple} limits: {}", case.effect, case.said.text());
+            for other in case.taken_for(&own.effect) {
+                let is_over = |o: &PairOutcome| {
+                    o.is_about(&own.effect, other)
+                        && (o.is_shown() || (o.effect == case.effect && o.multiple == multiple))
+                };
+                if all.iter().any(is_over) {
+                    continue;
+                }
+                let Some(outcome) = pairs::measured(&model, &foretold, case, other) else {
+                    continue;
+                };
+                println!(
+                    "  beside {other}: {:.2} -> {:.2}, {:.2} by {} designs, shown: {}, {:?}",
+                    outcome.foretold[0],
+                    outcome.foretold[1],
+                    outcome.margin,
+                    outcome.designs,
+                    outcome.is_shown(),
+                    outcome.said
+                );
+                all.push(outcome);
+                write(&seen, &all)?;
+                if shown(&all) >= arguments.shown {
+                    return Ok(());
+                }
             }
         }
     }
