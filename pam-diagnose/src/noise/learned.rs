@@ -28,8 +28,8 @@ impl Noise {
         let n = rows.len() as f64;
         let count = left.len();
         let mut shared: Vec<Vec<f64>> = Vec::new();
-        // What each channel has of its own, and the multiples of the channels that it is.
-        let mut own: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+        // What each channel has of its own, the multiples of the channels that it is, and the factor of its covariances.
+        let mut own: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
         let (mut channels, mut levels, mut freedoms) = (Vec::new(), Vec::new(), Vec::new());
         let mut relative = vec![Vec::new(); 1 + problem.experiments.iter().max().copied()?];
         let known = &prior.discrepancy.covariances;
@@ -44,16 +44,15 @@ impl Noise {
             // A size that is given, or what the data show with the degrees of freedom that the flexible model has used.
             let whole = dot(&rest, &rest);
             let given = prior.given.get(c).copied().flatten().filter(|_| whole > 0.0);
-            let factor = given.map_or(n / freedom, |d| d * d * n / whole).sqrt();
-            rest.iter_mut().for_each(|r| *r *= factor);
+            let factor = given.map_or(n / freedom, |d| d * d * n / whole);
             freedoms.push(if given.is_some() { f64::INFINITY } else { freedom });
             // Gram–Schmidt: what is left of the channels before, noise and errors of the model, is not correlated among each other.
             let mut weights = vec![0.0; count];
             weights[c] = 1.0;
-            for (other, of_other) in &own {
+            for (other, of_other, factor) in &own {
                 let both = |rows: &[f64], weights: &[f64]| {
                     let known = known.of_sums(weights, of_other).first().copied();
-                    dot(rows, other) / n + known.unwrap_or(0.0)
+                    factor * dot(rows, other) / n + known.unwrap_or(0.0)
                 };
                 let size = both(other, of_other);
                 let share = if size > 0.0 { both(&rest, &weights) / size } else { 0.0 };
@@ -65,6 +64,7 @@ impl Noise {
             let shortest = series.iter().map(|s| s.len()).min()?;
             let order = settings.order.min(shortest / settings.rows_per_order);
             let mut gamma = autocovariance(&series, order);
+            gamma.iter_mut().for_each(|g| *g *= factor);
             let variance = gamma[0];
             let known = known.of_sum(&weights);
             gamma.iter_mut().zip(&known).for_each(|(g, known)| *g += known);
@@ -75,10 +75,10 @@ impl Noise {
             let deviation = learned.deviation().max(prior.least[c]);
             let learned = learned.scaled_to(deviation);
             for (&e, own) in problem.experiments.iter().zip(&series) {
-                relative[e].push(relative_size(own, variance, &learned, settings));
+                relative[e].push(relative_size(own, variance, factor, &learned, settings));
             }
             channels.push(learned);
-            own.push((rest, weights));
+            own.push((rest, weights, factor));
         }
         let mut discrepancy = known.deviations();
         discrepancy.resize(count, 0.0);
@@ -200,6 +200,7 @@ fn winsorised(mut rows: Vec<f64>, largest: f64) -> Vec<f64> {
 fn relative_size(
     own: &[f64],
     variance: f64,
+    factor: f64,
     noise: &Autoregression,
     settings: &NoiseSettings,
 ) -> f64 {
@@ -207,7 +208,7 @@ fn relative_size(
         return 1.0;
     }
     let observations = own.len() as f64 / noise.correlated_rows();
-    let ratio = dot(own, own) / own.len().max(1) as f64 / variance;
+    let ratio = factor * dot(own, own) / own.len().max(1) as f64 / variance;
     let prior = settings.relative_observations;
     ((observations * ratio + prior) / (observations + prior)).sqrt()
 }
