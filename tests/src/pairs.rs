@@ -4,10 +4,10 @@ use crate::csv_text;
 use crate::experiment::EFFECTS;
 use pam_core::{AnyForce, ForceModel};
 use pam_data::{LoadOptions, RawLogOptions, Recording, Subject, open_recordings, parse_model};
-use pam_diagnose::joint::BaselineDiscrepancy;
 use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use pam_effects::effects::by_id;
+use pam_experiment::certify::with_baseline;
 use pam_experiment::design::{
     Design, DesignLimits, DesignOptions, LiveCause, Objective, design, standard,
 };
@@ -66,11 +66,20 @@ pub fn limits() -> DesignLimits {
 /// If the rig cannot be recorded.
 #[must_use]
 pub fn foretold(model: &ExtendedModel) -> (Detection, DiagnoseOptions) {
-    let baseline = recorded(model, RigParameters::default(), &standard(&limits()), SEED);
+    foretold_under(model, &standard(&limits()), &EFFECTS, SEED)
+}
+
+/// The limits of effects under a protocol, foretold from baseline recordings of the rig, and a diagnosis with this baseline.
+fn foretold_under(
+    model: &ExtendedModel,
+    protocol: &Protocol,
+    effects: &[&str],
+    seed: u64,
+) -> (Detection, DiagnoseOptions) {
+    let baseline = recorded(model, RigParameters::default(), protocol, seed);
     let plain = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
-    let learned = BaselineDiscrepancy::learn(model, &baseline, &plain, &|_| {});
-    let diagnosis = DiagnoseOptions { discrepancy: Some(learned.expect("a baseline")), ..plain };
-    let options = detect_options(&EFFECTS, &diagnosis);
+    let diagnosis = with_baseline(model, &baseline, &plain).expect("a baseline");
+    let options = detect_options(effects, &diagnosis);
     let detection = detect(model, &baseline, None, &options, &|_, _| {});
     (detection.expect("limits"), diagnosis)
 }
@@ -148,7 +157,7 @@ impl Said {
     }
 }
 
-/// What a diagnosis of recordings of the published excitation says of an effect.
+/// The diagnosis of an effect hidden in recordings of the published excitation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Published {
     /// Label of the effect that is hidden: its id, with the chamber where each has limits of its own.
@@ -157,7 +166,7 @@ pub struct Published {
     pub multiple: f64,
     /// Its values.
     pub values: Vec<(String, f64)>,
-    /// What is said.
+    /// Verdict and named causes.
     pub said: Said,
 }
 
@@ -203,7 +212,7 @@ pub struct PairOutcome {
 }
 
 impl PairOutcome {
-    /// Whether the pair is ambiguous under the published excitation and resolved by the designed protocol.
+    /// Whether the diagnosis confuses the two effects under the published excitation but distinguishes them under the design.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         self.said.as_ref().is_some_and(|[standard, designed]| {
@@ -244,8 +253,8 @@ pub fn shown_table(all: &[PairOutcome]) -> Result<String, String> {
     csv_text(&columns, rows)
 }
 
-/// What a diagnosis of the rig says of an effect at a multiple of its limit under the published excitation; `None` for an effect without
-/// a limit.
+/// Hides an effect at a multiple of its detection limit in the rig, records the published excitation and diagnoses the recordings; `None`
+/// if the effect has no limit.
 ///
 /// # Panics
 /// If the rig fails.
@@ -337,14 +346,9 @@ fn margin(
     multiple: f64,
     protocol: &Protocol,
 ) -> f64 {
-    let baseline = recorded(model, RigParameters::default(), protocol, SEED + 1);
-    let plain = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
-    let learned = BaselineDiscrepancy::learn(model, &baseline, &plain, &|_| {});
-    let diagnosis = DiagnoseOptions { discrepancy: Some(learned.expect("a baseline")), ..plain };
     let kept: Vec<String> = own.kept.iter().map(|(name, v)| format!("{name}={v}")).collect();
-    let options =
-        detect_options(&[&format!("{}:{}", own.effect, kept.join(";")), other], &diagnosis);
-    let foretold = detect(model, &baseline, None, &options, &|_, _| {}).expect("limits");
+    let given = format!("{}:{}", own.effect, kept.join(";"));
+    let (foretold, _) = foretold_under(model, protocol, &[&given, other], SEED + 1);
     let limit = foretold.of(&own.label).and_then(|l| l.named);
     let pair = foretold.pairs.iter().find(|p| p.effect == own.label && p.other == other);
     let from = pair.and_then(|p| p.distinguished_from).zip(limit);

@@ -48,7 +48,7 @@ pub struct DiagnosedField {
     /// The field's parameters with all candidates off, but for those of the baseline.
     #[serde(skip)]
     pub(super) plain: Vec<f64>,
-    /// Autocovariances of the errors of the baseline experiments that go with the motion.
+    /// The errors of the baseline experiments that go with the motion.
     #[serde(skip)]
     pub(super) discrepancy: Discrepancy,
 }

@@ -41,9 +41,7 @@ where
     }
     with_setup(problem, candidates, options, |setup| {
         let Setup { problem, settings, roles, noise, mut prior, experiments, .. } = setup;
-        if !found.model.discrepancy.covariances.is_empty() {
-            prior.discrepancy.add(&found.model.discrepancy);
-        }
+        prior.discrepancy.add(&found.model.discrepancy);
         let causes = || found.causes.iter().chain(&found.minor);
         let listed: Vec<Candidate> =
             causes().map(|c| candidates[c.member.candidate].clone()).collect();

@@ -39,8 +39,9 @@ impl ChannelErrors {
         if self.rows == 0 { 0.0 } else { self.mean().into_iter().map(of).sum() }
     }
 
-    /// As [`deviance`](Self::deviance), where a channel cannot be better than `least`, the
-    /// [part that is due to the model's own errors](crate::noise::Noise::discrepancy_levels): errors of the model repeat with the motion, so rows below it are no further evidence.
+    /// As [`deviance`](Self::deviance), but a mean square counts as at least `least`, the
+    /// [level of the model's own errors](crate::noise::Noise::discrepancy_levels): these repeat with the motion, so a smaller
+    /// residual is no further evidence.
     #[must_use]
     pub fn deviance_above(&self, least: &[f64]) -> f64 {
         let bounded = self.sums.iter().zip(least).map(|(s, least)| s.max(least * self.rows as f64));

@@ -45,12 +45,6 @@ impl Covariances {
         Self { lower: (0..channels.len()).map(row).collect() }
     }
 
-    /// Whether there is no channel.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.lower.is_empty()
-    }
-
     /// Standard deviations of the channels.
     #[must_use]
     pub fn deviations(&self) -> Vec<f64> {

@@ -41,12 +41,13 @@ impl Noise {
             // At least a row for every row that the flexible model may have used up.
             let used = used_rows + c as f64 + 2.0 * rows.experiments.len() as f64;
             let freedom = (n - used).max(settings.least_freedom * n);
-            // A size that is given, or what the data show with the degrees of freedom that the flexible model has used.
+            // Scales the sample variance to the given standard deviation or, without one, corrects it for the degrees of freedom
+            // that the flexible model has used.
             let whole = dot(&rest, &rest);
             let given = prior.given.get(c).copied().flatten().filter(|_| whole > 0.0);
             let factor = given.map_or(n / freedom, |d| d * d * n / whole);
             freedoms.push(if given.is_some() { f64::INFINITY } else { freedom });
-            // Gram–Schmidt: what is left of the channels before, noise and errors of the model, is not correlated among each other.
+            // Gram–Schmidt on the sum of noise and discrepancy: the parts that the preceding channels do not predict are uncorrelated.
             let mut weights = vec![0.0; count];
             weights[c] = 1.0;
             for (other, of_other, factor) in &own {
@@ -137,7 +138,7 @@ impl Discrepancy {
 pub(crate) struct MotionErrors {
     /// Root mean square of the whole residual of each channel.
     pub(crate) rms: Vec<f64>,
-    /// Covariances of what a flexible model learns of it.
+    /// Covariances of the part of the residual that the flexible model predicts.
     pub(crate) covariances: Covariances,
 }
 

@@ -214,7 +214,7 @@ fn neighbours<C: Candidates + ?Sized>(
                 others.push(rows.at_best_amplitude(rest.with(*candidate, values)));
             }
         }
-        // Beside nothing, the screening may have seen another shape of it.
+        // The linear screening keeps one shape of each candidate, which need not be the best one in place of this member.
         let shapes_of = |h: &Hypothesis| {
             let place = h.members.iter().position(|m| !rest.contains(m.candidate));
             place.map_or_else(Vec::new, |place| in_other_shapes(rows.whole.system, h, place))

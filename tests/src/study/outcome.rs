@@ -190,8 +190,8 @@ impl Outcome {
         self.causes.iter().filter(|c| !c.minor)
     }
 
-    /// Whether the verdict on a phenomenon outside the vocabulary is `explained` and wrong: no listed effect has its equation, or another
-    /// effect or another onset is named.
+    /// Whether `explained` is a wrong verdict on a phenomenon outside the vocabulary. It is right only if a listed effect has the same
+    /// equation, and that effect alone is named, with the right onset.
     #[must_use]
     pub fn explained_unlisted_wrongly(&self) -> bool {
         let said = |c: &Named, t: &HiddenTruth| {
