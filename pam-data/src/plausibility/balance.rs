@@ -12,8 +12,14 @@ const MOST_POINTS: usize = 800;
 /// Speed at which a joint counts as sliding, mm/s; below it dry friction is anywhere between its limits.
 const SLIDING_MM_S: f64 = 0.5;
 
-/// Share of the points, those with the smallest recorded forces, at which an actuator that saturates still follows.
-const SMALL_SHARE: f64 = 0.25;
+/// Levels at which the recorded force is clipped to see whether it saturates, each this part of the one before: down to a hundredth
+/// of the peak.
+const CLIP_FACTOR: f64 = 0.8;
+const CLIPS: i32 = 22;
+
+/// A force saturates if so much or less of the unexplained share of the modelled force is left once it is clipped: half, and something
+/// for the edges of the clipped force, which averages and differences smooth.
+const SATURATED_SHARE: f64 = 0.6;
 
 /// Recorded and modelled force of one recording, without their means.
 pub(super) struct Balance {
@@ -78,20 +84,23 @@ impl Balance {
         (squares(&self.recorded_n) / squares(&self.modelled_n)).sqrt()
     }
 
-    /// As [`ratio`](Self::ratio), where the recorded force is small: the inverse slope of the modelled force over it. A wrong unit
-    /// has the same ratio there; a force that saturates has not.
-    pub(super) fn small_force_ratio(&self) -> f64 {
-        let mut sizes: Vec<f64> = self.recorded_n.iter().map(|f| f.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let most = sizes[((sizes.len() - 1) as f64 * SMALL_SHARE) as usize];
-        let (mut dot, mut square) = (0.0, 0.0);
-        for (recorded, modelled) in self.recorded_n.iter().zip(&self.modelled_n) {
-            if recorded.abs() <= most {
-                dot += recorded * modelled;
-                square += recorded * recorded;
-            }
-        }
-        square / dot
+    /// Whether the recorded force, clipped at some level, goes clearly better with the modelled one and is as large, within this factor. A
+    /// wrong unit keeps the shape of the force; a saturated actuator does not.
+    pub(super) fn saturates(&self, factor: f64) -> bool {
+        let peak = self.recorded_n.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+        let of_model = squares(&self.modelled_n);
+        let unexplained = |recorded: &[f64]| {
+            let dot: f64 = recorded.iter().zip(&self.modelled_n).map(|(a, b)| a * b).sum();
+            1.0 - dot * dot / (squares(recorded) * of_model)
+        };
+        let most = SATURATED_SHARE * unexplained(&self.recorded_n);
+        (1..CLIPS).any(|k| {
+            let level = peak * CLIP_FACTOR.powi(k);
+            let clip = |f: &f64| f.clamp(-level, level);
+            let clipped = centred(&self.recorded_n.iter().map(clip).collect::<Vec<_>>());
+            let ratio = (squares(&clipped) / of_model).sqrt();
+            ratio.max(1.0 / ratio) < factor && unexplained(&clipped) < most
+        })
     }
 
     /// Share of inertia in the modelled force. Where it dominates, a wrong mass can turn its sign.

@@ -98,8 +98,7 @@ fn unit<F: ForceModel<f64>>(
         return None;
     }
     // A large force that the joint does not see while it sees a small one is a saturated actuator, not a unit.
-    let small = balance.small_force_ratio();
-    if small > 0.0 && small.ln().abs() < least {
+    if balance.saturates(weights.settings.force_factor) {
         return None;
     }
     let distance = |newtons: f64| (ratio * newtons).ln().abs();

@@ -29,6 +29,9 @@ pub(super) struct ChamberSlope {
     pub(super) ratio: f64,
     /// Share of the motion that the pressure explains.
     pub(super) r2: f64,
+    /// Angle by which the pressure is behind the motion or ahead of it, from 0 to π/2: of the part that goes with the rate of the
+    /// pressure beside the part that goes with the pressure.
+    pub(super) phase: f64,
 }
 
 /// Slopes of the volumes, `−d ln V/dx` of flexor and extensor at a displacement, 1/mm.
@@ -68,7 +71,9 @@ pub(super) fn chamber_slope(
     let fit = Regression::new(&x, &[&logs, &rate])?;
     let slope = 1.0 / fit.coefficients[0];
     let ratio = slope / expected * fit.r2.sqrt();
-    ratio.is_finite().then_some(ChamberSlope { ratio, r2: fit.r2 })
+    let part = |k: usize, of: &[f64]| fit.coefficients[k].abs() * squares(of).sqrt();
+    let phase = part(1, &rate).atan2(part(0, &logs));
+    ratio.is_finite().then_some(ChamberSlope { ratio, r2: fit.r2, phase })
 }
 
 /// The deformation coefficients ν that flexor and extensor imply if `offset_kpa` is added to their pressures: near x = 0 the

@@ -1,13 +1,14 @@
 //! The odds of every reading of the columns of pressure and displacement.
 
 use super::balance::model_error;
-use super::gas::expected_slopes;
+use super::gas::{ChamberSlope, expected_slopes};
 use super::readings::{DISPLACEMENT_UNITS, PressureUnit};
 use super::sample::Sample;
 use super::settings::PlausibilitySettings;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use pam_core::{ForceModel, JointModel, SealedMasses};
 use pam_numerics::statistics::median;
+use std::f64::consts::FRAC_PI_2;
 
 /// Log odds that one impossible value (a pressure far outside its range, a displacement outside the muscle, a pressure
 /// that answers in the wrong direction) costs a reading at most.
@@ -138,6 +139,12 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
             let x = sample.middle_x * mm;
             let expected = expected_slopes(self.model, if reading.reversed { -x } else { x });
             let slopes = &sample.slopes[reading.pressure];
+            // A delay turns fast motion by any angle: neither the direction nor the size of the slope can be told from it.
+            let turned = sample.rate_per_s * self.settings.longest_delay_s > FRAC_PI_2;
+            let is_turned = |s: &ChamberSlope| turned && s.phase > self.settings.largest_phase;
+            if slopes.iter().flatten().any(is_turned) {
+                continue;
+            }
             // Pressures that move together say that columns are mixed up, and nothing of units.
             if let [Some(flexor), Some(extensor)] = slopes
                 && flexor.ratio * extensor.ratio > 0.0

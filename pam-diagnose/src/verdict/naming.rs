@@ -278,8 +278,11 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             return self.alternatives_in_time(timed, &best.hypothesis, place);
         }
         let chosen = &self.found.best;
-        let rest: Vec<usize> =
-            chosen.hypothesis().set().into_iter().filter(|&c| c != candidate).collect();
+        // A rival of the chosen set, whose causes were refused, has those in its place.
+        let of_chosen = chosen.hypothesis().set();
+        let is_rival = best.hypothesis.set().iter().any(|c| !of_chosen.contains(c));
+        let set = if is_rival { best.hypothesis.set() } else { of_chosen };
+        let rest: Vec<usize> = set.iter().copied().filter(|&c| c != candidate).collect();
         let settings = &self.rows.whole.settings.verdict;
         let limit = settings.confusable_odds.ln();
         let place = chosen.hypothesis().members.iter().position(|m| m.candidate == candidate);
@@ -292,14 +295,14 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         };
         let in_place = |s: &&Scored| {
             let h = s.hypothesis();
-            h.members.len() == chosen.members()
+            h.members.len() == set.len()
                 && !h.contains(candidate)
                 && rest.iter().all(|&c| h.contains(c))
         };
         let near = self.found.others.iter().filter(in_place);
         near.filter(|s| nearly(s))
             .filter_map(|s| {
-                let other = |m: &&Member| !chosen.hypothesis().contains(m.candidate);
+                let other = |m: &&Member| !set.contains(&m.candidate);
                 s.hypothesis().members.iter().find(other).cloned()
             })
             .collect()

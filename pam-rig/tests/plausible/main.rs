@@ -260,6 +260,31 @@ fn a_single_bad_recording_is_named() {
     assert_eq!(found[0].recordings, ["run1"]);
 }
 
+/// A force that saturates far below its peak looks like a force in another unit, and a sensor that is half a period late like muscles
+/// that are swapped.
+#[test]
+fn strong_saturation_and_late_sensors_are_no_findings() {
+    let shaken = |effects: &[&str], hz: f64, change: fn(&mut Recording)| {
+        let effects = effects.iter().map(|e| e.parse().unwrap()).collect();
+        let rig = RigParameters { effects, ..RigParameters::default() };
+        let sine = CurrentSegment::Sine { amplitude_a: 1.5, frequency_hz: hz, duration_s: 8.0 };
+        let lead_in = LeadIn { inflate_s: 6.0, rest_s: 1.0 };
+        let protocol = Protocol { current: vec![sine], lead_in, ..Protocol::paper() };
+        let run = Run { name: "run".to_owned(), start_psi: [45.0, 45.0] };
+        let log = record(&rig, &protocol, &run, 5).unwrap().log_text("test");
+        let mut recordings = read("run", &log);
+        recordings.iter_mut().for_each(change);
+        kinds(&findings(recordings))
+    };
+    let unchanged = |_: &mut Recording| {};
+    assert_eq!(shaken(&["force_saturation:force_n=40"], 1.0, unchanged), []);
+    assert_eq!(shaken(&["position_delay:delay_ms=60"], 6.2, unchanged), []);
+    let swapped = [(FindingKind::SwappedMuscles, Severity::Error)];
+    assert_eq!(shaken(&[], 2.0, swap), swapped);
+    let nmm = |r: &mut Recording| scale(&mut r.force_mn, 1.0 / 0.14545);
+    assert_eq!(shaken(&[], 1.0, nmm), [(FindingKind::ForceUnit, Severity::Error)]);
+}
+
 /// Run by `cargo test --release --workspace --tests -- --ignored long::`.
 mod long {
     use super::*;
