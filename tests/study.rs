@@ -6,7 +6,9 @@
 //! study list                                  # cases with their factors
 //! study run --only nulls --jobs 2             # resumable; into results/diagnosis
 //! study show singles-031 --out case           # one case: outcome, diagnosis, report, model and recordings
+//! study check --only singles                  # which faults are refused as wrong inputs
 //! study tables                                # criteria with exact binomial limits
+//! study coverage results/diagnosis results/diagnosis_second_design --out coverage.csv # of intervals, over several designs
 //! study run --design 20261 --every 8 --out new # cases that nobody has seen
 //! ```
 
@@ -15,8 +17,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::list::write_recording;
 use pam_data::models::save_model;
+use pam_data::plausibility::{self, Severity};
 use pam_tests::study::data::data;
 use pam_tests::study::{Case, Outcome, design, outcome, rows, store, tables};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -60,6 +64,15 @@ enum Action {
         #[arg(long, default_value = RESULTS)]
         out: PathBuf,
     },
+    /// Print the cases whose recordings are refused as implausible, without a diagnosis: a fault is no wrong input.
+    Check {
+        /// Cases whose id contains this.
+        #[arg(long, default_value = "")]
+        only: String,
+        /// Every so-manieth of them.
+        #[arg(long, default_value_t = 1)]
+        every: usize,
+    },
     /// Run one case and print its outcome.
     Show {
         /// Its id.
@@ -77,6 +90,15 @@ enum Action {
         #[arg(default_value = RESULTS)]
         folder: PathBuf,
     },
+    /// Print how often the intervals of each parameter hold the truth, over several folders together.
+    Coverage {
+        /// Folders of outcomes, each of another design.
+        #[arg(required = true)]
+        folders: Vec<PathBuf>,
+        /// CSV to which the table is written as well.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -84,8 +106,10 @@ fn main() -> ExitCode {
     let result = match command {
         Action::List { only, json } => list(design, &only, json),
         Action::Run { only, every, jobs, out } => run(design, (&only, every), jobs, &out),
+        Action::Check { only, every } => check(design, &only, every),
         Action::Show { case, out, store } => show(design, &case, out.as_deref(), store.as_deref()),
         Action::Tables { folder } => write_tables(&folder),
+        Action::Coverage { folders, out } => coverage(&folders, out.as_deref()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -127,6 +151,25 @@ fn list(seed: u64, only: &str, json: bool) -> Result<(), String> {
         );
     }
     Ok(())
+}
+
+fn check(seed: u64, only: &str, every: usize) -> Result<(), String> {
+    let sound = |c: &Case| !c.factors.gauge && c.repeats.is_none();
+    let all: Vec<Case> =
+        selected(seed, only).into_iter().filter(sound).step_by(every.max(1)).collect();
+    let refused: Vec<String> = all
+        .par_iter()
+        .filter_map(|case| {
+            let data = data(case);
+            let findings = plausibility::check(&data.model.model, &data.subjects);
+            let first = findings.into_iter().find(|f| f.severity == Severity::Error)?;
+            let hidden: Vec<String> = data.truth.iter().map(|t| t.hidden.text()).collect();
+            Some(format!("{} ({}): {first}", case.id, hidden.join(", ")))
+        })
+        .collect();
+    refused.iter().for_each(|case| println!("{case}"));
+    println!("{} of {} cases are refused", refused.len(), all.len());
+    if refused.is_empty() { Ok(()) } else { Err("faults are taken for wrong inputs".into()) }
 }
 
 /// Every case runs in a process of its own: its CPU time is its own, and one that panics stops no other.
@@ -250,4 +293,14 @@ fn write_tables(folder: &Path) -> Result<(), String> {
     };
     write("tables.md", &markdown)?;
     write("criteria.csv", &tables::csv(&outcomes)?)
+}
+
+fn coverage(folders: &[PathBuf], out: Option<&Path>) -> Result<(), String> {
+    let mut outcomes = Vec::new();
+    for folder in folders {
+        outcomes.extend(store::all(folder)?);
+    }
+    print!("{}", tables::coverage_markdown(&outcomes));
+    let Some(out) = out else { return Ok(()) };
+    write_atomic(out, tables::coverage_csv(&outcomes)?.as_bytes()).map_err(|e| e.to_string())
 }

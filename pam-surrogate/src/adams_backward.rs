@@ -1,6 +1,6 @@
 //! Adams steps backward: their transpose.
 
-use crate::adams::{HISTORY, RATES};
+use crate::adams::{HISTORY, RATES, Weights};
 use crate::adams_forward::{AdamsSegment, CHUNK, Points};
 use crate::samples::SampleForcing;
 use crate::surface::TooRough;
@@ -49,16 +49,6 @@ impl Motion<'_, '_, '_> {
             values.clear();
             values.resize(len, 0.0);
         }
-        // What later steps make of the rate at a point.
-        let later = |k: usize, of_x: &[f64], of_v: &[f64]| {
-            let (of_x, of_v) = (&of_x[k..k + RATES], &of_v[k..k + RATES]);
-            let (mut x, mut v) = (0.0, 0.0);
-            for i in (1..RATES).rev() {
-                x += weights.displacement[i] * of_x[i];
-                v += weights.velocity[i] * of_v[i];
-            }
-            x + v
-        };
         let [mut x, mut v] = state;
         for k in (HISTORY..count).rev() {
             let point = base + k;
@@ -68,7 +58,7 @@ impl Motion<'_, '_, '_> {
             v += seen_v;
             let (by_x, by_v) = (points.by_x[point], points.by_v[point]);
             let inverse = 1.0 / (1.0 - by_x * h_x - by_v * h_v);
-            let of_rate = rates[k] + later(k, ahead_x, ahead_v);
+            let of_rate = rates[k] + by_later_steps(weights, [ahead_x, ahead_v], k);
             let of_rate = (of_rate + h_x * x + h_v * v) * inverse;
             self.pull_point(simd, samples, points, point, sample, of_rate, sums)?;
             x += of_rate * by_x;
@@ -92,7 +82,7 @@ impl Motion<'_, '_, '_> {
         for k in (0..HISTORY).rev() {
             let point = base + k;
             let sample = segment.sample(point);
-            let of_rate = rates[k] + later(k, ahead_x, ahead_v);
+            let of_rate = rates[k] + by_later_steps(weights, [ahead_x, ahead_v], k);
             self.pull_point(simd, samples, points, point, sample, of_rate, sums)?;
             let of_state = [of_rate * points.by_x[point], of_rate * points.by_v[point]];
             let to = if k + 1 == HISTORY {
@@ -133,6 +123,19 @@ impl Motion<'_, '_, '_> {
         sums.per_mass += cotangent * (points.rate[point] / beta + points.by_v[point] * excess);
         Ok(())
     }
+}
+
+/// What later steps make of the rate at a point. Not a closure: those are compiled without the instruction set.
+#[inline(always)]
+fn by_later_steps(weights: &Weights, of: [&[f64]; 2], point: usize) -> f64 {
+    let of_x = of[0][point..].first_chunk::<RATES>().expect("zeros at the end");
+    let of_v = of[1][point..].first_chunk::<RATES>().expect("zeros at the end");
+    let (mut x, mut v) = (0.0, 0.0);
+    for i in (1..RATES).rev() {
+        x += weights.displacement[i] * of_x[i];
+        v += weights.velocity[i] * of_v[i];
+    }
+    x + v
 }
 
 impl Cotangents {

@@ -95,6 +95,7 @@ impl Motion<'_, '_, '_> {
     }
 
     /// Adds a point of a history.
+    #[inline(always)]
     pub(crate) fn remember<S: Simd>(
         &mut self,
         simd: S,

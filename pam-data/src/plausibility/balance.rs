@@ -12,14 +12,15 @@ const MOST_POINTS: usize = 800;
 /// Speed at which a joint counts as sliding, mm/s; below it dry friction is anywhere between its limits.
 const SLIDING_MM_S: f64 = 0.5;
 
-/// Levels at which the recorded force is clipped to see whether it saturates, each this part of the one before: down to a hundredth
-/// of the peak.
-const CLIP_FACTOR: f64 = 0.8;
-const CLIPS: i32 = 22;
+/// Levels below which the slope of the modelled over the recorded force is asked, each this part of the one before: down to a
+/// twentieth of the peak.
+const LEVEL_FACTOR: f64 = 0.8;
+const LEVELS: i32 = 14;
 
-/// A force saturates if so much or less of the unexplained share of the modelled force is left once it is clipped: half, and something
-/// for the edges of the clipped force, which averages and differences smooth.
-const SATURATED_SHARE: f64 = 0.6;
+/// By how much a force that saturates is steeper below some level than as a whole, at the least, and how many standard errors above
+/// that. Dry friction of half the amplitude that the model lacks makes it 1.5 times as steep.
+const STEEPER: f64 = 1.5;
+const STANDARD_ERRORS: f64 = 3.0;
 
 /// Recorded and modelled force of one recording, without their means.
 pub(super) struct Balance {
@@ -84,23 +85,25 @@ impl Balance {
         (squares(&self.recorded_n) / squares(&self.modelled_n)).sqrt()
     }
 
-    /// Whether the recorded force, clipped at some level, goes clearly better with the modelled one and is as large, within this factor. A
-    /// wrong unit keeps the shape of the force; a saturated actuator does not.
-    pub(super) fn saturates(&self, factor: f64) -> bool {
+    /// Whether the joint sees clearly more of a small recorded force than of a large one. A wrong unit is one factor at every size of
+    /// the force; a saturated actuator is not.
+    pub(super) fn saturates(&self) -> bool {
         let peak = self.recorded_n.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
-        let of_model = squares(&self.modelled_n);
-        let unexplained = |recorded: &[f64]| {
-            let dot: f64 = recorded.iter().zip(&self.modelled_n).map(|(a, b)| a * b).sum();
-            1.0 - dot * dot / (squares(recorded) * of_model)
-        };
-        let most = SATURATED_SHARE * unexplained(&self.recorded_n);
-        (1..CLIPS).any(|k| {
-            let level = peak * CLIP_FACTOR.powi(k);
-            let clip = |f: &f64| f.clamp(-level, level);
-            let clipped = centred(&self.recorded_n.iter().map(clip).collect::<Vec<_>>());
-            let ratio = (squares(&clipped) / of_model).sqrt();
-            ratio.max(1.0 / ratio) < factor && unexplained(&clipped) < most
-        })
+        let Some([whole, _]) = self.slope_below(peak) else { return false };
+        let steeper = |[slope, error]: [f64; 2]| slope - STANDARD_ERRORS * error > STEEPER * whole;
+        let levels = (1..LEVELS).map(|k| peak * LEVEL_FACTOR.powi(k));
+        levels.filter_map(|level| self.slope_below(level)).any(steeper)
+    }
+
+    /// The slope of the modelled over the recorded force where that is no larger than a level, with its standard error.
+    fn slope_below(&self, level_n: f64) -> Option<[f64; 2]> {
+        let pairs = self.recorded_n.iter().zip(&self.modelled_n);
+        let [recorded, modelled]: [Vec<f64>; 2] =
+            pairs.filter(|(f, _)| f.abs() <= level_n).unzip().into();
+        let fit = Regression::new(&modelled, &[&recorded])?;
+        let left = (1.0 - fit.r2) * squares(&modelled);
+        let error = (left / (recorded.len() - 1) as f64 / squares(&recorded)).sqrt();
+        error.is_finite().then_some([fit.coefficients[0], error])
     }
 
     /// Share of inertia in the modelled force. Where it dominates, a wrong mass can turn its sign.

@@ -98,7 +98,7 @@ fn unit<F: ForceModel<f64>>(
         return None;
     }
     // A large force that the joint does not see while it sees a small one is a saturated actuator, not a unit.
-    if balance.saturates(weights.settings.force_factor) {
+    if ratio > 1.0 && balance.saturates() {
         return None;
     }
     let distance = |newtons: f64| (ratio * newtons).ln().abs();

@@ -58,11 +58,11 @@ pub struct PlausibilitySettings {
     pub velocity_factor: f64,
     /// Smallest share of variance (R²) that a relation must explain before its slope counts.
     pub least_r2: f64,
-    /// Longest delay of a sensor that is a fault to be diagnosed, s: where the motion turns by more than a quarter within it, the
-    /// phase between pressures and displacement tells nothing by itself.
+    /// Longest delay of a sensor with its lag that is a fault to be diagnosed, s: in motion that turns by nearly half a period within
+    /// it, pressures and displacement do not tell directions. Default: 0.2 s.
     pub longest_delay_s: f64,
-    /// Largest phase between pressures and displacement in such motion at which they still tell directions and units, rad. Default:
-    /// 30 degrees; columns that are swapped are at 0.
+    /// Largest phase between pressures and displacement at which they tell directions at any rate of the motion, rad. Default: 30
+    /// degrees; columns that are swapped are at 0.
     pub largest_phase: f64,
     /// Averaging time of the samples before regressions, s. Default: 20 ms, which keeps the amplitude of motion up
     /// to 8 Hz within 5 %.
@@ -106,7 +106,7 @@ impl Default for PlausibilitySettings {
             force_factor: 3.0,
             velocity_factor: 1.5,
             least_r2: 0.7,
-            longest_delay_s: 0.1,
+            longest_delay_s: 0.2,
             largest_phase: PI / 6.0,
             block_s: 0.02,
             longest_step_s: 0.2,

@@ -8,7 +8,7 @@ use super::settings::PlausibilitySettings;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use pam_core::{ForceModel, JointModel, SealedMasses};
 use pam_numerics::statistics::median;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::PI;
 
 /// Log odds that one impossible value (a pressure far outside its range, a displacement outside the muscle, a pressure
 /// that answers in the wrong direction) costs a reading at most.
@@ -139,9 +139,10 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
             let x = sample.middle_x * mm;
             let expected = expected_slopes(self.model, if reading.reversed { -x } else { x });
             let slopes = &sample.slopes[reading.pressure];
-            // A delay turns fast motion by any angle: neither the direction nor the size of the slope can be told from it.
-            let turned = sample.rate_per_s * self.settings.longest_delay_s > FRAC_PI_2;
-            let is_turned = |s: &ChamberSlope| turned && s.phase > self.settings.largest_phase;
+            // A delay by more than a quarter of a period reverses the direction: then nothing can be told from the slope.
+            let longest = sample.rate_per_s * self.settings.longest_delay_s;
+            let is_turned =
+                |s: &ChamberSlope| s.phase > self.settings.largest_phase && PI - s.phase <= longest;
             if slopes.iter().flatten().any(is_turned) {
                 continue;
             }
@@ -161,7 +162,10 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
                 if (ratio < 0.0) != reading.reversed {
                     wrong += 1;
                 }
-                ratios.push([ratio.abs().ln(), 0.5 * (1.0 - slope.r2)]);
+                ratios.push([
+                    log_ratio(ratio.abs(), slope.phase.min(longest)),
+                    0.5 * (1.0 - slope.r2),
+                ]);
             }
         }
         (ratios, wrong)
@@ -243,6 +247,14 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
         let m = self.model.gas_law_masses(rest.displacement_mm * reading.mm(), kpa);
         SealedMasses::new(m.flexor_g, m.extensor_g).ok()
     }
+}
+
+/// Log of the change of pressure over that of the gas law: of all that a pressure which is late by a phase (rad) allows, the one nearest
+/// to zero. [`chamber_slope`](super::gas::chamber_slope) finds the slope behind a lag, and `1/cos φ` times the slope behind a delay of the
+/// phase φ.
+fn log_ratio(ratio: f64, late: f64) -> f64 {
+    let behind_delay = (ratio * late.cos()).ln();
+    ratio.ln().min(behind_delay.max(0.0))
 }
 
 /// Log odds of a value that should lie between two bounds, which are a little soft.

@@ -133,6 +133,7 @@ fn changes() -> Vec<(&'static str, Change, FindingKind)> {
         ("force flipped", |r| scale(&mut r.force_mn, -1.0), ForceSign),
         ("kN", |r| scale(&mut r.force_mn, 1e-3), ForceUnit),
         ("mN", |r| scale(&mut r.force_mn, 1e3), ForceUnit),
+        ("N·mm", |r| scale(&mut r.force_mn, 6.875), ForceUnit),
         ("amperes", |r| scale(&mut r.force_mn, 1.0 / 133.5), ForceUnit),
         ("ms", |r| scale(&mut r.time_s, 1e3), TimeUnit),
         ("µs", |r| scale(&mut r.time_s, 1e6), TimeUnit),
@@ -276,9 +277,23 @@ fn strong_saturation_and_late_sensors_are_no_findings() {
         recordings.iter_mut().for_each(change);
         kinds(&findings(recordings))
     };
-    let unchanged = |_: &mut Recording| {};
-    assert_eq!(shaken(&["force_saturation:force_n=40"], 1.0, unchanged), []);
-    assert_eq!(shaken(&["position_delay:delay_ms=60"], 6.2, unchanged), []);
+    let mut refused = Vec::new();
+    for hz in [0.5, 1.0, 2.5, 6.2] {
+        for effect in [
+            "force_saturation:force_n=20",
+            "force_saturation:force_n=40",
+            "position_delay:delay_ms=60",
+            "pressure_delay:delay_ms=80",
+            "actuation_delay:delay_ms=40",
+            "pressure_sensor_lag:cutoff_hz=1",
+        ] {
+            let found = shaken(&[effect], hz, |_| {});
+            if found.iter().any(|(_, severity)| *severity == Severity::Error) {
+                refused.push((effect, hz, found));
+            }
+        }
+    }
+    assert!(refused.is_empty(), "{refused:#?}");
     let swapped = [(FindingKind::SwappedMuscles, Severity::Error)];
     assert_eq!(shaken(&[], 2.0, swap), swapped);
     let nmm = |r: &mut Recording| scale(&mut r.force_mn, 1.0 / 0.14545);

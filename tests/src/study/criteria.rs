@@ -187,8 +187,9 @@ pub fn criteria(outcomes: &[Outcome]) -> Vec<Share> {
     all
 }
 
-/// Coverage of the 95 % intervals, parameter by parameter.
-fn coverage(outcomes: &[Outcome]) -> Vec<Share> {
+/// Coverage of the 95 % intervals of single effects and pairs: of all parameters together, then one by one.
+#[must_use]
+pub fn coverage(outcomes: &[Outcome]) -> Vec<Share> {
     let mut by: BTreeMap<String, [usize; 2]> = BTreeMap::new();
     let usual =
         |o: &&Outcome| matches!(o.case.kind, Kind::Single | Kind::Pair) && o.case.repeats.is_none();

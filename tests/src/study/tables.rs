@@ -1,9 +1,10 @@
 //! The tables of a folder of outcomes.
 
-use super::criteria::{Share, criteria};
+use super::criteria::{Share, coverage, criteria};
 use super::{Kind, Outcome, Source};
 use crate::csv_text;
 use pam_numerics::statistics::{median, quantile};
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -12,12 +13,37 @@ use std::fmt::Write;
 /// # Errors
 /// A sentence if the table cannot be written.
 pub fn csv(outcomes: &[Outcome]) -> Result<String, String> {
+    csv_of(outcomes, criteria)
+}
+
+/// The [coverage](super::criteria::coverage) of the intervals as rows of CSV: of all parameters, then of those with enough intervals to
+/// be judged, the lowest share first.
+///
+/// # Errors
+/// A sentence if the table cannot be written.
+pub fn coverage_csv(outcomes: &[Outcome]) -> Result<String, String> {
+    csv_of(outcomes, by_share)
+}
+
+fn by_share(outcomes: &[Outcome]) -> Vec<Share> {
+    let mut all = coverage(outcomes);
+    let sum = all.remove(0);
+    all.retain(|s| s.holds.is_some());
+    all.sort_by(|a, b| a.share.partial_cmp(&b.share).unwrap_or(Ordering::Equal));
+    all.insert(0, sum);
+    all
+}
+
+fn csv_of(
+    outcomes: &[Outcome],
+    shares: impl Fn(&[Outcome]) -> Vec<Share>,
+) -> Result<String, String> {
     let header = ["source", "criterion", "k", "n", "share", "low", "high", "asked", "holds"];
     let rows = by_source(outcomes).into_iter().flat_map(|(source, outcomes)| {
         let row = move |s: Share| {
             (source, s.criterion, s.k, s.n, s.share, s.low, s.high, s.asked, s.holds)
         };
-        criteria(&outcomes).into_iter().map(row)
+        shares(&outcomes).into_iter().map(row)
     });
     csv_text(&header, rows)
 }
@@ -36,18 +62,33 @@ fn by_source(outcomes: &[Outcome]) -> Vec<(&'static str, Vec<Outcome>)> {
 pub fn markdown(outcomes: &[Outcome]) -> String {
     let mut out = String::new();
     for (source, outcomes) in by_source(outcomes) {
-        let _ = writeln!(
-            out,
-            "## {source}\n\n| criterion | k of n | share | 95 % limits | asked | holds |\n|---|---|---|---|---|---|"
-        );
-        for s in criteria(&outcomes) {
-            line(&s, &mut out);
-        }
+        section(source, &criteria(&outcomes), &mut out);
         names(&outcomes, &mut out);
         times(&outcomes, &mut out);
         let _ = writeln!(out);
     }
     out
+}
+
+/// The table of [`coverage_csv`] as Markdown.
+#[must_use]
+pub fn coverage_markdown(outcomes: &[Outcome]) -> String {
+    let mut out = String::new();
+    for (source, outcomes) in by_source(outcomes) {
+        section(source, &by_share(&outcomes), &mut out);
+        let _ = writeln!(out);
+    }
+    out
+}
+
+fn section(source: &str, shares: &[Share], out: &mut String) {
+    let _ = writeln!(
+        out,
+        "## {source}\n\n| criterion | k of n | share | 95 % limits | asked | holds |\n|---|---|---|---|---|---|"
+    );
+    for s in shares {
+        line(s, out);
+    }
 }
 
 fn line(s: &Share, out: &mut String) {
