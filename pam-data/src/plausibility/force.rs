@@ -20,12 +20,27 @@ const NEAR: f64 = 0.5;
 /// motor.
 const ALIKE: f64 = 0.15;
 
+/// What the force of one recording says.
+pub(super) struct ForceFindings {
+    /// Signs and directions.
+    pub(super) directions: Vec<Finding>,
+    /// A force that is off by a large factor, and whether it saturates.
+    pub(super) off: Option<(Finding, bool)>,
+}
+
+/// Findings in the units of forces: none where most of the forces that are off saturate, as one actuator does in all recordings.
+pub(super) fn units(off: Vec<(Finding, bool)>) -> impl Iterator<Item = Finding> {
+    let saturated = off.iter().filter(|(_, saturates)| *saturates).count();
+    let most = 2 * saturated > off.len();
+    off.into_iter().filter(move |(_, saturates)| !most && !saturates).map(|(finding, _)| finding)
+}
+
 /// Findings in the force and in the directions.
 pub(super) fn findings<F: ForceModel<f64>>(
     weights: &Weights<'_, F>,
     sample: &Sample<'_>,
     chosen: &ChosenReading,
-) -> Vec<Finding> {
+) -> ForceFindings {
     let balance = Balance::new(weights, sample, chosen.reading);
     let clear = balance.as_ref().filter(|b| {
         b.inertia_share() < MOSTLY_INERTIA && b.correlation().abs() >= CLEAR_CORRELATION
@@ -82,23 +97,18 @@ pub(super) fn findings<F: ForceModel<f64>>(
         )),
         _ => {}
     }
-    out.extend(clear.and_then(|b| unit(weights, sample, b)));
-    out
+    ForceFindings { directions: out, off: clear.and_then(|b| unit(weights, sample, b)) }
 }
 
-/// A force that is off by a large factor.
+/// A force that is off by a large factor, and whether it saturates.
 fn unit<F: ForceModel<f64>>(
     weights: &Weights<'_, F>,
     sample: &Sample<'_>,
     balance: &Balance,
-) -> Option<Finding> {
+) -> Option<(Finding, bool)> {
     let ratio = balance.ratio();
     let least = weights.settings.force_factor.ln();
     if !ratio.is_finite() || ratio.ln().abs() < least {
-        return None;
-    }
-    // A large force that the joint does not see while it sees a small one is a saturated actuator, not a unit.
-    if ratio > 1.0 && balance.saturates() {
         return None;
     }
     let distance = |newtons: f64| (ratio * newtons).ln().abs();
@@ -121,7 +131,7 @@ fn unit<F: ForceModel<f64>>(
             "{what}; check its unit (N at the tendon), the unit of the displacement, and that the model is of this joint"
         )
     };
-    Some(Finding {
+    let finding = Finding {
         kind: FindingKind::ForceUnit,
         severity: if fits { Severity::Error } else { Severity::Warning },
         channel: "force_n".into(),
@@ -131,5 +141,7 @@ fn unit<F: ForceModel<f64>>(
             Evidence::new("recorded over modelled force", ratio, 1.0),
             Evidence::new("correlation of recorded and modelled force", balance.correlation(), 1.0),
         ],
-    })
+    };
+    // A large force that the joint does not see while it sees a small one is a saturated actuator, not a unit.
+    Some((finding, ratio > 1.0 && balance.saturates()))
 }

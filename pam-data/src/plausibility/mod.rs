@@ -78,11 +78,15 @@ pub fn check_with<'s, F: ForceModel<f64>>(
     let weights = Weights { model, units: &units, settings };
     let readings = choice::readings(&weights, &samples);
     let mut findings = columns::findings(&weights, &samples, &readings);
+    let mut forces_off = Vec::new();
     for (sample, reading) in samples.iter().zip(&readings) {
         findings.extend(motion::findings(sample, reading.reading, settings));
-        findings.extend(force::findings(&weights, sample, reading));
+        let of_force = force::findings(&weights, sample, reading);
+        findings.extend(of_force.directions);
+        forces_off.extend(of_force.off);
         findings.extend(columns::masses(&weights, sample, reading.reading));
     }
+    findings.extend(force::units(forces_off));
     merged(findings)
 }
 
