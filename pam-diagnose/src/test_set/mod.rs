@@ -174,20 +174,28 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
 
     /// Each channel beside its noise under a hypothesis that was fitted to `open` rows; empty if the simulation fails.
     pub(crate) fn bands(&self, open: &Problem<'_, C>, hypothesis: &Hypothesis) -> Vec<ChannelBand> {
-        let here = self.here(hypothesis);
+        let here = match self.same_experiments {
+            true => settled(&self.whole(open), hypothesis),
+            false => self.here(hypothesis),
+        };
         bands((open, hypothesis), (&self.problem, &here)).unwrap_or_default()
+    }
+
+    /// The open rows with the test rows of the same recordings.
+    fn whole(&self, open: &Problem<'a, C>) -> Problem<'a, C> {
+        open.with_windows(|place, e| {
+            let test = self.problem.experiments.iter().position(|&t| t == e);
+            let end = test.map_or(open.windows[place].end, |t| self.problem.windows[t].end);
+            open.windows[place].start..end
+        })
     }
 
     /// Anomalies in the residual of a hypothesis, in the test rows and in the `open` ones.
     pub(crate) fn anomalies(&self, open: &Problem<'_, C>, hypothesis: &Hypothesis) -> Vec<Anomaly> {
         if self.same_experiments {
             // An error may begin with the test rows.
-            let whole = open.with_windows(|place, e| {
-                let test = self.problem.experiments.iter().position(|&t| t == e);
-                let end = test.map_or(open.windows[place].end, |t| self.problem.windows[t].end);
-                open.windows[place].start..end
-            });
-            return anomalies(&whole, hypothesis);
+            let whole = self.whole(open);
+            return anomalies(&whole, &settled(&whole, hypothesis));
         }
         let mut all = anomalies(open, hypothesis);
         all.extend(anomalies(&self.problem, &self.here(hypothesis)));
@@ -240,4 +248,15 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         }
         Hypothesis { locals: self.problem.base().locals, ..hypothesis.clone() }
     }
+}
+
+/// A hypothesis with its values fitted to the open and the test rows of the same recordings together.
+///
+/// A prediction differs from the test rows by their noise and by what the values of the fit are uncertain, `S + Z H⁻¹ Zᵀ` with the
+/// sensitivities `Z` of the test rows and the Hessian `H` of the open ones. The residual that has the noise `S` alone is that of the fit to
+/// both, `min_δ |r − Z δ|² + δᵀ H δ`. Values of few rows are uncertain; those of many do not move.
+fn settled<C: Candidates + ?Sized>(whole: &Problem<'_, C>, hypothesis: &Hypothesis) -> Hypothesis {
+    let search = &whole.settings.search;
+    let fit = whole.fit_to(hypothesis.clone(), search.first_iterations, search.converged_drop);
+    fit.map_or_else(|_| hypothesis.clone(), |fit| fit.hypothesis)
 }
