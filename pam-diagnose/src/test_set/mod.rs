@@ -252,8 +252,8 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
 
 /// A hypothesis with its values fitted to the open and the test rows of the same recordings together.
 ///
-/// A prediction differs from the test rows by their noise and by what the values of the fit are uncertain, `S + Z H⁻¹ Zᵀ` with the
-/// sensitivities `Z` of the test rows and the Hessian `H` of the open ones. The residual that has the noise `S` alone is that of the fit to
+/// A prediction differs from the test rows by their noise and by the uncertainty of the fitted values: its covariance is `S + Z H⁻¹ Zᵀ` with
+/// the sensitivities `Z` of the test rows and the Hessian `H` of the open ones. The residual to be compared with `S` is that of the fit to
 /// both, `min_δ |r − Z δ|² + δᵀ H δ`. Values of few rows are uncertain; those of many do not move.
 fn settled<C: Candidates + ?Sized>(whole: &Problem<'_, C>, hypothesis: &Hypothesis) -> Hypothesis {
     let search = &whole.settings.search;

@@ -16,7 +16,7 @@ pub fn csv(outcomes: &[Outcome]) -> Result<String, String> {
     csv_of(outcomes, criteria)
 }
 
-/// The [coverage](super::criteria::coverage) of the intervals as rows of CSV: of all parameters, then of those with enough intervals to
+/// The [`coverage`] of the intervals as rows of CSV: of all parameters, then of those with enough intervals to
 /// be judged, the lowest share first.
 ///
 /// # Errors
