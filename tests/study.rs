@@ -6,9 +6,9 @@
 //! study list                                  # cases with their factors
 //! study run --only nulls --jobs 2             # resumable; into results/diagnosis
 //! study show singles-031 --out case           # one case: outcome, diagnosis, report, model and recordings
-//! study check --only singles                  # which faults are refused as wrong inputs
+//! study check --only singles                  # faults that the plausibility checks reject
 //! study tables                                # criteria with exact binomial limits
-//! study coverage results/diagnosis results/diagnosis_second_design --out coverage.csv # of intervals, over several designs
+//! study coverage results/diagnosis results/diagnosis_second_design --out coverage.csv # coverage of intervals over several designs
 //! study run --design 20261 --every 8 --out new # cases that nobody has seen
 //! ```
 
@@ -64,7 +64,7 @@ enum Action {
         #[arg(long, default_value = RESULTS)]
         out: PathBuf,
     },
-    /// Print the cases whose recordings are refused as implausible, without a diagnosis: a fault is no wrong input.
+    /// Run the plausibility checks alone and print the cases that they reject: a fault must not be taken for a wrong input.
     Check {
         /// Cases whose id contains this.
         #[arg(long, default_value = "")]
@@ -168,7 +168,7 @@ fn check(seed: u64, only: &str, every: usize) -> Result<(), String> {
         })
         .collect();
     refused.iter().for_each(|case| println!("{case}"));
-    println!("{} of {} cases are refused", refused.len(), all.len());
+    println!("{} of {} cases are rejected", refused.len(), all.len());
     if refused.is_empty() { Ok(()) } else { Err("faults are taken for wrong inputs".into()) }
 }
 

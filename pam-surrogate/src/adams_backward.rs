@@ -125,7 +125,7 @@ impl Motion<'_, '_, '_> {
     }
 }
 
-/// What later steps make of the rate at a point. Not a closure: those are compiled without the instruction set.
+/// Cotangent of the rate at a point from the steps after it. A closure would be compiled without vector instructions.
 #[inline(always)]
 fn by_later_steps(weights: &Weights, of: [&[f64]; 2], point: usize) -> f64 {
     let of_x = of[0][point..].first_chunk::<RATES>().expect("zeros at the end");

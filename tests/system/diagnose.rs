@@ -545,8 +545,8 @@ mod long {
         names_in_case("singles-029", &["pressure_gain"]);
     }
 
-    /// A force that saturates at a seventh of its peak is no wrong unit, and a late pressure sensor no wrong geometry. Values that a recording
-    /// of three seconds hardly tells predict its end badly, which is no error.
+    /// A force that saturates at a seventh of its peak is not a wrong unit, and a delayed pressure sensor is not a wrong geometry. Poor
+    /// prediction of the end of a recording of three seconds, whose start determines the fitted values poorly, is not an error of the model.
     #[test]
     #[ignore = "long"]
     fn faults_are_no_wrong_inputs_and_uncertain_values_no_errors() {

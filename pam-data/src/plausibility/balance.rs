@@ -12,13 +12,13 @@ const MOST_POINTS: usize = 800;
 /// Speed at which a joint counts as sliding, mm/s; below it dry friction is anywhere between its limits.
 const SLIDING_MM_S: f64 = 0.5;
 
-/// Levels below which the slope of the modelled over the recorded force is asked, each this part of the one before: down to a
+/// The slope of the modelled over the recorded force is estimated below this many levels, each this fraction of the one above: down to a
 /// twentieth of the peak.
 const LEVEL_FACTOR: f64 = 0.8;
 const LEVELS: i32 = 14;
 
-/// By how much a force that saturates is steeper below some level than as a whole, at the least, and how many standard errors above
-/// that. Dry friction of half the amplitude that the model lacks makes it 1.5 times as steep.
+/// The actuator saturates if the slope below some level exceeds this multiple of the slope over all forces by this many standard errors.
+/// Unmodelled dry friction of half the amplitude also raises it by a factor of 1.5.
 const STEEPER: f64 = 1.5;
 const STANDARD_ERRORS: f64 = 3.0;
 
@@ -85,8 +85,8 @@ impl Balance {
         (squares(&self.recorded_n) / squares(&self.modelled_n)).sqrt()
     }
 
-    /// Whether the joint sees clearly more of a small recorded force than of a large one. A wrong unit is one factor at every size of
-    /// the force; a saturated actuator is not.
+    /// Whether the actuator saturates: at small recorded forces the modelled force rises clearly faster with the recorded one than over
+    /// the whole range. A wrong unit scales the force by the same factor at every amplitude.
     pub(super) fn saturates(&self) -> bool {
         let peak = self.recorded_n.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
         let Some([whole, _]) = self.slope_below(peak) else { return false };
@@ -95,7 +95,7 @@ impl Balance {
         levels.filter_map(|level| self.slope_below(level)).any(steeper)
     }
 
-    /// The slope of the modelled over the recorded force where that is no larger than a level, with its standard error.
+    /// Slope of the modelled over the recorded force, with its standard error, from the points whose recorded force is within `±level_n`.
     fn slope_below(&self, level_n: f64) -> Option<[f64; 2]> {
         let pairs = self.recorded_n.iter().zip(&self.modelled_n);
         let [recorded, modelled]: [Vec<f64>; 2] =

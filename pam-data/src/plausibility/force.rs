@@ -20,15 +20,16 @@ const NEAR: f64 = 0.5;
 /// motor.
 const ALIKE: f64 = 0.15;
 
-/// What the force of one recording says.
+/// Findings from the balance of forces of one recording.
 pub(super) struct ForceFindings {
-    /// Signs and directions.
+    /// Wrong signs and swapped columns.
     pub(super) directions: Vec<Finding>,
-    /// A force that is off by a large factor, and whether it saturates.
+    /// A force that differs from the modelled one by a large factor, and whether the actuator saturates.
     pub(super) off: Option<(Finding, bool)>,
 }
 
-/// Findings in the units of forces: none where most of the forces that are off saturate, as one actuator does in all recordings.
+/// Wrong units of the force. There are none if the actuator saturates in most of the recordings whose force is off by a large factor:
+/// recordings share an actuator.
 pub(super) fn units(off: Vec<(Finding, bool)>) -> impl Iterator<Item = Finding> {
     let saturated = off.iter().filter(|(_, saturates)| *saturates).count();
     let most = 2 * saturated > off.len();
@@ -100,7 +101,7 @@ pub(super) fn findings<F: ForceModel<f64>>(
     ForceFindings { directions: out, off: clear.and_then(|b| unit(weights, sample, b)) }
 }
 
-/// A force that is off by a large factor, and whether it saturates.
+/// A force that differs from the modelled one by a large factor, and whether the actuator saturates.
 fn unit<F: ForceModel<f64>>(
     weights: &Weights<'_, F>,
     sample: &Sample<'_>,
@@ -142,6 +143,5 @@ fn unit<F: ForceModel<f64>>(
             Evidence::new("correlation of recorded and modelled force", balance.correlation(), 1.0),
         ],
     };
-    // A large force that the joint does not see while it sees a small one is a saturated actuator, not a unit.
     Some((finding, ratio > 1.0 && balance.saturates()))
 }

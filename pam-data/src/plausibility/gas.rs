@@ -29,8 +29,8 @@ pub(super) struct ChamberSlope {
     pub(super) ratio: f64,
     /// Share of the motion that the pressure explains.
     pub(super) r2: f64,
-    /// Angle by which the pressure is behind the motion or ahead of it, from 0 to π/2: of the part that goes with the rate of the
-    /// pressure beside the part that goes with the pressure.
+    /// Phase between pressure and displacement, rad, from 0 (in phase or in antiphase) to π/2: the arc tangent of the ratio between the
+    /// two terms of the regression, that in the rate of the pressure and that in the pressure.
     pub(super) phase: f64,
 }
 

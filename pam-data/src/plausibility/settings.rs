@@ -58,12 +58,12 @@ pub struct PlausibilitySettings {
     pub velocity_factor: f64,
     /// Smallest share of variance (R²) that a relation must explain before its slope counts.
     pub least_r2: f64,
-    /// Longest delay of a sensor with its lag that is a fault to be diagnosed, s: in motion that turns by nearly half a period within
-    /// it, pressures and displacement do not tell directions. Default: 0.2 s.
+    /// Longest total delay of a sensor, s, that may be a fault to be diagnosed. Where the measured phase allows that such a delay has
+    /// reversed the sign of the motion, pressures and displacement do not reveal a wrong sign. Default: 0.2 s.
     pub longest_delay_s: f64,
-    /// Largest phase between pressures and displacement at which they tell directions at any rate of the motion, rad. Default: 30
-    /// degrees; columns that are swapped are at 0.
-    pub largest_phase: f64,
+    /// Largest phase between pressures and displacement, rad, at which they reveal a wrong sign at any frequency. Default: 30 degrees;
+    /// swapped columns have a phase of 0.
+    pub largest_phase_rad: f64,
     /// Averaging time of the samples before regressions, s. Default: 20 ms, which keeps the amplitude of motion up
     /// to 8 Hz within 5 %.
     pub block_s: f64,
@@ -107,7 +107,7 @@ impl Default for PlausibilitySettings {
             velocity_factor: 1.5,
             least_r2: 0.7,
             longest_delay_s: 0.2,
-            largest_phase: PI / 6.0,
+            largest_phase_rad: PI / 6.0,
             block_s: 0.02,
             longest_step_s: 0.2,
             shortest_step_s: 2e-5,

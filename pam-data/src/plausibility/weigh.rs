@@ -139,10 +139,11 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
             let x = sample.middle_x * mm;
             let expected = expected_slopes(self.model, if reading.reversed { -x } else { x });
             let slopes = &sample.slopes[reading.pressure];
-            // A delay by more than a quarter of a period reverses the direction: then nothing can be told from the slope.
+            // A delay of more than a quarter of a period reverses the sign of the slope, which then reveals nothing.
             let longest = sample.rate_per_s * self.settings.longest_delay_s;
-            let is_turned =
-                |s: &ChamberSlope| s.phase > self.settings.largest_phase && PI - s.phase <= longest;
+            let is_turned = |s: &ChamberSlope| {
+                s.phase > self.settings.largest_phase_rad && PI - s.phase <= longest
+            };
             if slopes.iter().flatten().any(is_turned) {
                 continue;
             }
@@ -249,9 +250,9 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
     }
 }
 
-/// Log of the change of pressure over that of the gas law: of all that a pressure which is late by a phase (rad) allows, the one nearest
-/// to zero. [`chamber_slope`](super::gas::chamber_slope) finds the slope behind a lag, and `1/cos φ` times the slope behind a delay of the
-/// phase φ.
+/// Logarithm of the change of pressure relative to the gas law. A pressure that lags by the phase `late` (rad) leaves it uncertain:
+/// [`chamber_slope`](super::gas::chamber_slope) is exact for a first-order lag and overestimates the slope by `1/cos φ` for a pure delay.
+/// The value nearest to zero between the two is taken.
 fn log_ratio(ratio: f64, late: f64) -> f64 {
     let behind_delay = (ratio * late.cos()).ln();
     ratio.ln().min(behind_delay.max(0.0))

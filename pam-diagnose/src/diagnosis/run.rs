@@ -247,9 +247,9 @@ impl Judged {
         prepared: &Prepared<'_>,
     ) -> Self {
         let (base, best) = (&names.base.hypothesis, &names.best.hypothesis);
-        let (comparison, (bands, of_base)) = parallel::join(
+        let (comparison, ((bands, mut anomalies), of_base)) = parallel::join(
             || test.compared(base, best),
-            || parallel::join(|| test.bands(open, best), || test.bands(open, base)),
+            || parallel::join(|| test.bands_and_anomalies(open, best), || test.bands(open, base)),
         );
         let [before, after] = if test.problem().is_empty() {
             [&names.base, &names.best].map(|fit| fit.errors.chi_square())
@@ -263,10 +263,7 @@ impl Judged {
         // Nuisances that imitate a cause against their priors do not count as the model without it.
         let plain = Hypothesis { shared: best.shared.clone(), ..base.clone() };
         let without = if comparison.is_some_and(|c| c.is_strained()) { &plain } else { base };
-        let (reduction, mut anomalies) = parallel::join(
-            || test.error_reduction(without, best, prepared.seed).overall,
-            || test.anomalies(open, best),
-        );
+        let reduction = test.error_reduction(without, best, prepared.seed).overall;
         let confirmed = comparison.is_some_and(|c| c.confirms(&reduction));
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {

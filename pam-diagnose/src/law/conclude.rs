@@ -78,10 +78,11 @@ impl Final<'_> {
             .without_locals(system, open.len());
         let (before, after) = (self.chi_square(&self.plain), self.chi_square(to));
         let removed = share(before, after, after.min(1.0));
+        let (bands, anomalies) = self.test.bands_and_anomalies(open, h);
         Renewed {
             error_reduction: self.test.error_reduction(&start, h, self.seed),
-            bands: self.test.bands(open, h),
-            anomalies: self.test.anomalies(open, h),
+            bands,
+            anomalies,
             traces: self.test.traces(&start, h),
             explainable: Explainable { any_correction: removed, named: removed },
         }

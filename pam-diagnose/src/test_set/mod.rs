@@ -174,32 +174,59 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
 
     /// Each channel beside its noise under a hypothesis that was fitted to `open` rows; empty if the simulation fails.
     pub(crate) fn bands(&self, open: &Problem<'_, C>, hypothesis: &Hypothesis) -> Vec<ChannelBand> {
-        let here = match self.same_experiments {
-            true => settled(&self.whole(open), hypothesis),
-            false => self.here(hypothesis),
-        };
-        bands((open, hypothesis), (&self.problem, &here)).unwrap_or_default()
+        self.bands_at(open, hypothesis, &self.refitted(open, hypothesis))
+    }
+
+    /// The [bands](Self::bands), and the anomalies in the residual of a hypothesis, in the test rows and in the `open` ones.
+    pub(crate) fn bands_and_anomalies(
+        &self,
+        open: &Problem<'_, C>,
+        hypothesis: &Hypothesis,
+    ) -> (Vec<ChannelBand>, Vec<Anomaly>) {
+        let here = self.refitted(open, hypothesis);
+        let bands = self.bands_at(open, hypothesis, &here);
+        if self.same_experiments {
+            // An error may begin with the test rows.
+            return (bands, anomalies(&self.whole(open), &here));
+        }
+        let mut all = anomalies(open, hypothesis);
+        all.extend(anomalies(&self.problem, &here));
+        (bands, all)
+    }
+
+    /// The bands with the hypothesis as it is `here`, in the test rows.
+    fn bands_at(
+        &self,
+        open: &Problem<'_, C>,
+        hypothesis: &Hypothesis,
+        here: &Hypothesis,
+    ) -> Vec<ChannelBand> {
+        bands((open, hypothesis), (&self.problem, here)).unwrap_or_default()
+    }
+
+    /// The hypothesis in the test rows. Where they belong to the recordings that were fitted, its values are fitted to all rows of these
+    /// recordings.
+    ///
+    /// A prediction differs from the test rows by their noise and by the uncertainty of the fitted values: its covariance is `S + Z H⁻¹ Zᵀ`
+    /// with the sensitivities `Z` of the test rows and the Hessian `H` of the open ones. The residual to be compared with `S` is that of
+    /// the fit to both, `min_δ |r − Z δ|² + δᵀ H δ`. Values that few rows determine are uncertain; the others hardly move.
+    fn refitted(&self, open: &Problem<'_, C>, hypothesis: &Hypothesis) -> Hypothesis {
+        if !self.same_experiments {
+            return self.here(hypothesis);
+        }
+        let search = &open.settings.search;
+        let whole = self.whole(open);
+        let fit = whole.fit_to(hypothesis.clone(), search.first_iterations, search.converged_drop);
+        fit.map_or_else(|_| hypothesis.clone(), |fit| fit.hypothesis)
     }
 
     /// The open rows with the test rows of the same recordings.
-    fn whole(&self, open: &Problem<'a, C>) -> Problem<'a, C> {
+    fn whole<'p>(&self, open: &Problem<'p, C>) -> Problem<'p, C> {
         open.with_windows(|place, e| {
             let test = self.problem.experiments.iter().position(|&t| t == e);
             let end = test.map_or(open.windows[place].end, |t| self.problem.windows[t].end);
             open.windows[place].start..end
         })
-    }
-
-    /// Anomalies in the residual of a hypothesis, in the test rows and in the `open` ones.
-    pub(crate) fn anomalies(&self, open: &Problem<'_, C>, hypothesis: &Hypothesis) -> Vec<Anomaly> {
-        if self.same_experiments {
-            // An error may begin with the test rows.
-            let whole = self.whole(open);
-            return anomalies(&whole, &settled(&whole, hypothesis));
-        }
-        let mut all = anomalies(open, hypothesis);
-        all.extend(anomalies(&self.problem, &self.here(hypothesis)));
-        all
     }
 
     /// A hypothesis with the times at which something begins or ends in the test recordings, where each recording has its own.
@@ -248,15 +275,4 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         }
         Hypothesis { locals: self.problem.base().locals, ..hypothesis.clone() }
     }
-}
-
-/// A hypothesis with its values fitted to the open and the test rows of the same recordings together.
-///
-/// A prediction differs from the test rows by their noise and by the uncertainty of the fitted values: its covariance is `S + Z H⁻¹ Zᵀ` with
-/// the sensitivities `Z` of the test rows and the Hessian `H` of the open ones. The residual to be compared with `S` is that of the fit to
-/// both, `min_δ |r − Z δ|² + δᵀ H δ`. Values of few rows are uncertain; those of many do not move.
-fn settled<C: Candidates + ?Sized>(whole: &Problem<'_, C>, hypothesis: &Hypothesis) -> Hypothesis {
-    let search = &whole.settings.search;
-    let fit = whole.fit_to(hypothesis.clone(), search.first_iterations, search.converged_drop);
-    fit.map_or_else(|_| hypothesis.clone(), |fit| fit.hypothesis)
 }

@@ -183,13 +183,15 @@ pub fn criteria(outcomes: &[Outcome]) -> Vec<Share> {
         ),
         Share::of("refused with an error", outcomes, refused, Asked::Told),
     ];
-    all.extend(coverage(outcomes));
+    let (sum, each) = coverage(outcomes);
+    all.push(sum);
+    all.extend(each);
     all
 }
 
-/// Coverage of the 95 % intervals of single effects and pairs: of all parameters together, then one by one.
+/// Coverage of the 95 % intervals of single effects and pairs: of all parameters together, and of each.
 #[must_use]
-pub fn coverage(outcomes: &[Outcome]) -> Vec<Share> {
+pub fn coverage(outcomes: &[Outcome]) -> (Share, Vec<Share>) {
     let mut by: BTreeMap<String, [usize; 2]> = BTreeMap::new();
     let usual =
         |o: &&Outcome| matches!(o.case.kind, Kind::Single | Kind::Pair) && o.case.repeats.is_none();
@@ -201,7 +203,7 @@ pub fn coverage(outcomes: &[Outcome]) -> Vec<Share> {
         }
     }
     let mut sum = [0, 0];
-    let mut all: Vec<Share> = by
+    let each = by
         .into_iter()
         .map(|(name, [k, n])| {
             sum = [sum[0] + k, sum[1] + n];
@@ -209,9 +211,5 @@ pub fn coverage(outcomes: &[Outcome]) -> Vec<Share> {
             Share::new(&format!("interval holds the truth, `{name}`"), k, n, asked)
         })
         .collect();
-    all.insert(
-        0,
-        Share::new("interval holds the truth, all parameters", sum[0], sum[1], Asked::Told),
-    );
-    all
+    (Share::new("interval holds the truth, all parameters", sum[0], sum[1], Asked::Told), each)
 }

@@ -16,8 +16,8 @@ pub fn csv(outcomes: &[Outcome]) -> Result<String, String> {
     csv_of(outcomes, criteria)
 }
 
-/// The [`coverage`] of the intervals as rows of CSV: of all parameters, then of those with enough intervals to
-/// be judged, the lowest share first.
+/// The [`coverage`] of the intervals as rows of CSV: all parameters together, then each parameter with enough intervals to be judged, in
+/// increasing order of coverage.
 ///
 /// # Errors
 /// A sentence if the table cannot be written.
@@ -26,12 +26,11 @@ pub fn coverage_csv(outcomes: &[Outcome]) -> Result<String, String> {
 }
 
 fn by_share(outcomes: &[Outcome]) -> Vec<Share> {
-    let mut all = coverage(outcomes);
-    let sum = all.remove(0);
-    all.retain(|s| s.holds.is_some());
-    all.sort_by(|a, b| a.share.partial_cmp(&b.share).unwrap_or(Ordering::Equal));
-    all.insert(0, sum);
-    all
+    let (sum, mut each) = coverage(outcomes);
+    each.retain(|s| s.holds.is_some());
+    each.sort_by(|a, b| a.share.partial_cmp(&b.share).unwrap_or(Ordering::Equal));
+    each.insert(0, sum);
+    each
 }
 
 fn csv_of(
