@@ -177,6 +177,12 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         self.system.rows_per_block(self.rows(place), self.row_s(place))
     }
 
+    /// Blocks of rows that count as independent, over all experiments.
+    #[must_use]
+    pub fn blocks(&self) -> usize {
+        (0..self.len()).map(|i| self.rows(i) / self.rows_per_block(i).max(1)).sum()
+    }
+
     /// Rows in a block that is short enough for chance to be told from the blocks of all experiments together.
     pub(crate) fn rows_per_short_block(&self, place: usize) -> usize {
         let fewest = self.settings.rejection.fewest_blocks.div_ceil(self.len().max(1)).max(1);

@@ -377,6 +377,10 @@ impl Candidates for JointSystem<'_> {
         &self.shared
     }
 
+    fn timing(&self) -> Option<usize> {
+        Some(Self::LEAD)
+    }
+
     fn local(&self) -> &[Nuisance] {
         &self.local
     }

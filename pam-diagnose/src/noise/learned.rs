@@ -3,10 +3,11 @@
 use super::Noise;
 use super::autoregression::{Autoregression, autocovariance};
 use super::covariance::Covariances;
+use super::unseen::unseen_levels;
 use crate::fit::{Hypothesis, Problem, dot};
 use crate::residual::flexible::{FeatureRows, left_of_itself};
 use crate::search::Candidates;
-use crate::settings::NoiseSettings;
+use crate::settings::{DiagnosisSettings, NoiseSettings};
 
 impl Noise {
     /// The noise beside a fitted hypothesis: what a flexible model without names
@@ -22,16 +23,31 @@ impl Noise {
         hypothesis: &Hypothesis,
         prior: &NoisePrior,
     ) -> Option<Self> {
-        let settings = &problem.settings.noise;
         let rows = FeatureRows::gather(problem, hypothesis)?;
-        let left = left_of_itself(&rows, &problem.settings.verdict)?;
+        let mut noise = Self::of_rows(&rows, &problem.experiments, prior, problem.settings)?;
+        if problem.blocks() < problem.settings.rejection.fewest_blocks {
+            let levels = unseen_levels(&rows, &problem.experiments, prior, problem.settings);
+            noise.unseen_levels = levels.unwrap_or_default();
+        }
+        Some(noise)
+    }
+
+    /// The noise of rows with their features, each range of them of an experiment of the system; `None` without rows.
+    pub(super) fn of_rows(
+        rows: &FeatureRows,
+        experiments: &[usize],
+        prior: &NoisePrior,
+        settings: &DiagnosisSettings,
+    ) -> Option<Self> {
+        let left = left_of_itself(rows, &settings.verdict)?;
+        let settings = &settings.noise;
         let n = rows.len() as f64;
         let count = left.len();
         let mut shared: Vec<Vec<f64>> = Vec::new();
         // What each channel has of its own, the multiples of the channels that it is, and the factor of its covariances.
         let mut own: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
         let (mut channels, mut levels, mut freedoms) = (Vec::new(), Vec::new(), Vec::new());
-        let mut relative = vec![Vec::new(); 1 + problem.experiments.iter().max().copied()?];
+        let mut relative = vec![Vec::new(); 1 + experiments.iter().max().copied()?];
         let known = &prior.discrepancy.covariances;
         for (c, (left, used_rows)) in left.into_iter().enumerate() {
             // A steady offset or a drift of one recording is no noise.
@@ -75,7 +91,7 @@ impl Noise {
             let learned = Autoregression::of_autocovariance(&gamma, n);
             let deviation = learned.deviation().max(prior.least[c]);
             let learned = learned.scaled_to(deviation);
-            for (&e, own) in problem.experiments.iter().zip(&series) {
+            for (&e, own) in experiments.iter().zip(&series) {
                 relative[e].push(relative_size(own, variance, factor, &learned, settings));
             }
             channels.push(learned);
@@ -91,6 +107,7 @@ impl Noise {
             discrepancy,
             discrepancy_levels,
             freedom: freedoms,
+            unseen_levels: Vec::new(),
         })
     }
 }

@@ -17,6 +17,7 @@ mod correlation;
 mod covariance;
 mod instruments;
 mod learned;
+mod unseen;
 
 pub use autoregression::{Autoregression, autocovariance};
 pub use correlation::correlated_rows;
@@ -24,6 +25,7 @@ pub use covariance::Covariances;
 pub use instruments::{estimated_noise, moving_discrepancy, noise_deviation};
 pub(crate) use learned::MotionErrors;
 pub use learned::{Discrepancy, NoisePrior};
+pub use unseen::UnseenLevel;
 
 /// The noise of the rows of each fitted channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,6 +43,8 @@ pub struct Noise {
     discrepancy_levels: Vec<f64>,
     /// Degrees of freedom of the learned size of each channel: rows less those that the flexible model used up.
     freedom: Vec<f64>,
+    /// The level of each channel in rows from which the noise was not learned; empty where it was learned from many rows.
+    unseen_levels: Vec<UnseenLevel>,
 }
 
 impl Noise {
@@ -52,7 +56,8 @@ impl Noise {
         let discrepancy = vec![0.0; channels.len()];
         let freedom = vec![f64::INFINITY; channels.len()];
         let discrepancy_levels = discrepancy.clone();
-        Self { channels, shared, relative: Vec::new(), discrepancy, discrepancy_levels, freedom }
+        let (relative, unseen_levels) = (Vec::new(), Vec::new());
+        Self { channels, shared, relative, discrepancy, discrepancy_levels, freedom, unseen_levels }
     }
 
     /// Noise of known channels, independent between them.
@@ -112,6 +117,12 @@ impl Noise {
     #[must_use]
     pub fn freedom(&self, channel: usize) -> f64 {
         self.freedom[channel]
+    }
+
+    /// The level of the noise of a channel in rows from which it was not learned.
+    #[must_use]
+    pub fn unseen_level(&self, channel: usize) -> UnseenLevel {
+        self.unseen_levels.get(channel).copied().unwrap_or(UnseenLevel::KNOWN)
     }
 
     /// Standard deviations of all channels.

@@ -62,6 +62,24 @@ impl FeatureRows {
         self.len() == 0
     }
 
+    /// The rows in these ranges, each of which becomes the rows of an experiment.
+    pub(crate) fn at(&self, ranges: &[Range<usize>]) -> Self {
+        let of = |series: &Vec<f64>| -> Vec<f64> {
+            ranges.iter().flat_map(|r| &series[r.clone()]).copied().collect()
+        };
+        let mut from = 0;
+        let experiments = ranges.iter().map(|r| {
+            let own = from..from + r.len();
+            from = own.end;
+            own
+        });
+        Self {
+            residuals: self.residuals.iter().map(of).collect(),
+            features: self.features.iter().map(of).collect(),
+            experiments: experiments.collect(),
+        }
+    }
+
     /// The features as a channel with such noise shows them.
     fn whitened(&self, noise: &Autoregression) -> Vec<Vec<f64>> {
         let of = |f: &Vec<f64>| -> Vec<f64> {

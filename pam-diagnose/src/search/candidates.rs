@@ -123,6 +123,11 @@ pub trait Candidates: Sync {
 
     /// Uncertain values that all experiments share.
     fn shared(&self) -> &[Nuisance];
+    /// Place among the shared uncertain values of the time at which the excitation acts between its samples, in samples and with limits;
+    /// none where the excitation is known at all times.
+    fn timing(&self) -> Option<usize> {
+        None
+    }
     /// Uncertain values of each experiment.
     fn local(&self) -> &[Nuisance];
 

@@ -168,6 +168,10 @@ impl<C: Candidates + ?Sized> Candidates for Remembered<'_, C> {
         self.system.shared()
     }
 
+    fn timing(&self) -> Option<usize> {
+        self.system.timing()
+    }
+
     fn local(&self) -> &[Nuisance] {
         self.system.local()
     }

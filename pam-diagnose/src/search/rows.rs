@@ -103,19 +103,12 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
         super::stands(self.whole.system, &fit.hypothesis).then(|| score(&self.choosing, fit))?
     }
 
-    /// Blocks of rows that count as independent, over all experiments.
-    #[must_use]
-    pub fn blocks(&self) -> usize {
-        let whole = &self.whole;
-        (0..whole.len()).map(|i| whole.rows(i) / whole.rows_per_block(i).max(1)).sum()
-    }
-
     /// The logarithm of the odds that a further cause must reach. Where there are few blocks, nothing but the noise model
     /// vouches for the independence of the rows, so more is asked.
     #[must_use]
     pub fn needed_log_odds(&self) -> f64 {
         let settings = &self.whole.settings.search;
-        let few = self.blocks() < self.whole.settings.rejection.fewest_blocks;
+        let few = self.whole.blocks() < self.whole.settings.rejection.fewest_blocks;
         if few { settings.odds_of_few_blocks.ln() } else { settings.odds.ln() }
     }
 }

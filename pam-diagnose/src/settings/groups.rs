@@ -276,7 +276,8 @@ settings! {
         /// Quantile of the null distribution that names must exceed.
         null_quantile: f64 = 0.95, "–", [0.5, 0.999], USUAL;
         /// Fewest blocks of rows that tell chance by themselves. With fewer the blocks of the null test are shorter, only the
-        /// noise model vouches for their independence, and the odds that a cause must reach are higher.
+        /// noise model vouches for their independence, the odds that a cause must reach are higher, and cross-validation tells how well
+        /// the learned noise describes other rows.
         fewest_blocks: usize = 20, "blocks", COUNT, USUAL;
         /// Quantile of the null distribution that a change of a parameter in time, or between recordings, must exceed.
         stability_test_quantile: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
@@ -351,7 +352,7 @@ settings! {
         /// causes whose forces are wrong by 3 % leave as much.
         negligible_share: f64 = 0.001, "–", SHARE, STUDIES;
         /// The model is inadequate if its own errors on baseline recordings are more than this multiple of the noise, and
-        /// the errors in the data less than this multiple of those.
+        /// the errors in the data less than this multiple of those. Errors of a channel below this multiple are within its band.
         inadequate_ratio: f64 = 2.0, "–", FACTOR, STUDIES;
         /// Least share of a channel's variation that these errors are.
         inadequate_share: f64 = 0.1, "–", SHARE, USUAL;

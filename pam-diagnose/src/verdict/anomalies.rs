@@ -45,7 +45,11 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         .collect();
     let count: usize = (0..problem.len()).map(|i| problem.rows(i)).sum();
     let tail = (1.0 - settings.verdict.event_probability) / (2 * count.max(1)) as f64;
-    let largest = t_quantile(1.0 - tail, settings.verdict.event_freedom);
+    // Heavy tails, and a size of the noise that few rows tell.
+    let largest = |c: usize| {
+        let freedom = 1.0 / (1.0 / settings.verdict.event_freedom + 1.0 / problem.noise.freedom(c));
+        t_quantile(1.0 - tail, freedom) * problem.noise.unseen_level(c).median.sqrt()
+    };
     for (c, (place, output)) in fitted_outputs(problem.system).enumerate() {
         let anomaly = |kind, recording: Option<usize>, time_s, frequency_hz, description| Anomaly {
             kind,
@@ -119,9 +123,12 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
                     .any(|[from, to]| time_s > from - 1.5 * row_s && time_s < to + 0.5 * row_s)
             };
             let sizes = white[c].iter().map(|w| w.abs()).enumerate().filter(|(k, _)| !passing(*k));
-            if let Some((k, size)) = sizes.max_by(|a, b| a.1.total_cmp(&b.1))
-                && size > largest
-            {
+            let mut events: Vec<(usize, f64)> = sizes.filter(|e| e.1 > largest(c)).collect();
+            if !events.is_empty() {
+                let by_timing = by_timing(problem, hypothesis, i, c);
+                events.retain(|(k, size)| *size > largest(c) + by_timing.get(*k).unwrap_or(&0.0));
+            }
+            if let Some((k, size)) = events.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
                 let time_s = start_s + k as f64 * row_s;
                 let text = format!(
                     "the {} has an event of {} times its noise at t = {} s in {name}",
@@ -175,6 +182,23 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         }
     }
     found
+}
+
+/// For each whitened row of a channel the error that the unknown course of the excitation between two samples may leave: its jumps have
+/// their own time within each sample ([`Candidates::timing`]), which appears in the rows beside them. Empty if no timing is uncertain.
+fn by_timing<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    hypothesis: &Hypothesis,
+    place: usize,
+    channel: usize,
+) -> Vec<f64> {
+    let Some(timing) = problem.system.timing() else { return Vec::new() };
+    let Ok(s) = problem.whitened_sensitivities(hypothesis, place) else { return Vec::new() };
+    let shared = s.columns.len() - hypothesis.locals[place].len() - hypothesis.shared.len();
+    let [least, most] = problem.system.shared()[timing].limits;
+    let rows = &s.columns[shared + timing][channel];
+    let size = |k: usize| (most - least) * rows.get(k).map_or(0.0, |r| r.abs());
+    (0..rows.len()).map(|k| size(k).max(size(k + 1)).max(size(k.wrapping_sub(1)))).collect()
 }
 
 /// The rows of several series, each less its mean.

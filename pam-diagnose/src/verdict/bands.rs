@@ -14,7 +14,8 @@ pub struct ChannelBand {
     /// Root mean square of the whitened residual: 1 for noise.
     pub ratio: f64,
     /// The ratio that noise exceeds with a probability of `1 − band_probability`, by Student's t over blocks of time, with
-    /// the uncertainty of the learned noise.
+    /// the uncertainty of the learned noise ([`Noise::unseen_level`](crate::noise::Noise::unseen_level)) and of the model's known
+    /// errors, which may be twice as large in other recordings.
     pub upper: f64,
     /// Share of the whitened squared residual that a flexible model removes which was learned on the open rows.
     pub learnable_share: f64,
@@ -74,14 +75,18 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
                 true => f / chi_square_quantile(1.0 - settings.band_probability, f) - 1.0,
                 false => 0.0,
             };
-            let upper = 1.0 + (quantile * of_blocks).hypot(of_noise);
+            let unseen = problem.noise.unseen_level(c);
+            // The model's own errors differ between recordings.
+            let own_errors = (settings.inadequate_ratio.powi(2) - 1.0)
+                * problem.noise.discrepancy_levels().get(c).unwrap_or(&0.0);
+            let upper = unseen.median + (quantile * of_blocks).hypot(of_noise) + own_errors;
             let gains: Vec<f64> = squares.iter().zip(&less).map(|(a, b)| a - b).collect();
             let gain = mean(&gains);
             let of_gain = if gains.len() > 1 { standard_deviation(&gains).powi(2) } else { 0.0 };
             let share = gain / level.max(f64::MIN_POSITIVE);
             let learnable = share > settings.learnable_share
                 && gain > quantile * error(of_gain, gaussian * settings.learnable_share);
-            let most = settings.unlearnable_ratio.powi(2);
+            let most = settings.unlearnable_ratio.powi(2) * unseen.mean;
             let outside = level > upper
                 && (learnable || level > most)
                 && error_is_resolved(judged, (c, output_index), level);

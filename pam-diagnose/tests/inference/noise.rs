@@ -112,6 +112,37 @@ fn the_noise_is_learned_beside_a_motion() {
     }
 }
 
+/// Slow noise that is learned from few rows beside slow features is underestimated, since the features imitate it. Cross-validation tells by
+/// how much: its level is that of rows which the noise has not seen, within the spread of such levels. Of many rows it is 1.
+#[test]
+fn few_rows_tell_how_the_noise_describes_others() {
+    let settings = DiagnosisSettings::default();
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut learned = |rows: usize| {
+        let features = (0..20).map(|_| coloured(&mut random, rows, 0.95)).collect();
+        let measured = coloured(&mut random, rows, 0.9);
+        let columns = vec![white(&mut random, rows)];
+        let system =
+            Linear::new(vec![Experiment { columns, measured, features, ..Experiment::default() }]);
+        let problem = system.problem(0.01, &settings);
+        let prior = NoisePrior::at_least(vec![1e-9]);
+        let noise = Noise::learned(&problem, &problem.base(), &prior).unwrap();
+        let others = noise.whitened(0, &[coloured(&mut random, 500, 0.9)]);
+        (noise.unseen_level(0), mean_square(&others[0]))
+    };
+    let mut all: Vec<_> = (0..101).map(|_| learned(80)).collect();
+    all.sort_by(|a, b| a.0.median.total_cmp(&b.0.median));
+    let told = all[50].0.median;
+    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let is = all[50].1;
+    assert!(is > 1.3, "{is}");
+    assert!((0.6..1.7).contains(&(told / is)), "{told} {is}");
+    assert!(all.iter().all(|(level, _)| level.mean >= 1.0 && level.median >= 1.0));
+    let (level, is) = learned(4000);
+    assert_eq!((level.median, level.mean), (1.0, 1.0));
+    assert!((is - 1.0).abs() < 0.2, "{is}");
+}
+
 /// The covariances of sums of channels are those of the summed rows, whatever the weights, and add up over recordings.
 #[test]
 fn covariances_of_sums_are_those_of_summed_rows() {

@@ -28,10 +28,24 @@ impl Effect for Backlash {
         let half = p[0].scaled(0.5);
         // The encoder's place in the play is not known at the start; the middle loses least.
         let mut encoder = seen.displacement_mm[0];
-        for x in seen.displacement_mm.iter_mut() {
-            encoder = encoder.clamped(*x - half, *x + half);
-            *x = encoder;
+        let mut before = encoder;
+        for k in 0..seen.displacement_mm.len() {
+            let x = seen.displacement_mm[k];
+            if let Some(turn) = turning_point(before, seen, k) {
+                encoder = encoder.clamped(turn - half, turn + half);
+            }
+            encoder = encoder.clamped(x - half, x + half);
+            seen.displacement_mm[k] = encoder;
+            before = x;
         }
         seen.renew_velocity();
     }
+}
+
+/// Where the motion turns between the value `before` and value `k` with constant acceleration, `x + v₀² h / (2 (v₀ − v₁))`; `None` if it does
+/// not turn. The encoder keeps the extreme, which the values themselves miss.
+fn turning_point<S: Scalar>(before: S, seen: &Observed<'_, S>, k: usize) -> Option<S> {
+    let (from, to) = (seen.velocity_mm_s[k.checked_sub(1)?], seen.velocity_mm_s[k]);
+    let turns = from.real() * to.real() < 0.0;
+    turns.then(|| before + (from * from / (from - to)).scaled(0.5 * seen.step_s))
 }
