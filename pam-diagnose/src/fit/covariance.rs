@@ -37,6 +37,16 @@ impl Interval {
         Self { value: self.value, ci95: [end(self.ci95[0], -1.0), end(self.ci95[1], 1.0)] }
     }
 
+    /// An interval of the same widths, in the coordinate in which the parameter is fitted, around another value.
+    pub(crate) fn moved_to(&self, value: f64, info: ParameterInfo) -> Self {
+        let by = coordinate(value, info) - coordinate(self.value, info);
+        let moved = |end: f64| {
+            let end = coordinate(end, info) + by;
+            if info.logarithmic { end.exp() } else { end }
+        };
+        Self { value, ci95: self.ci95.map(moved) }
+    }
+
     /// The standard deviation of a normal variable with this interval.
     pub(crate) fn deviation(&self) -> f64 {
         0.5 * (self.ci95[1] - self.ci95[0]) / HALF_WIDTH

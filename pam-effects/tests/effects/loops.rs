@@ -23,8 +23,8 @@ fn cycle(force_n: f64, slip_mm: f64, shape: f64, drive_n: f64) -> (f64, f64) {
 /// after s takes `4 F (A − s)`.
 #[test]
 fn slipping_elements_take_the_area_of_their_loops() {
-    let (force, slip) = (20.0, 0.3);
-    for drive in [60.0, 120.0] {
+    let force = 20.0;
+    for (drive, slip) in [(60.0, 0.3), (120.0, 0.3), (60.0, 0.6), (60.0, 1.1)] {
         let (work, amplitude) = cycle(force, slip, 0.0, drive);
         let mean = if amplitude > slip {
             amplitude - 0.5 * slip

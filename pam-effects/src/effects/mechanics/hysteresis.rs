@@ -7,16 +7,30 @@ use pam_core::units::MN_PER_N;
 /// A force that saturates at `force_n` after about `slip_mm` of travel, in one of four shapes that the
 /// switch chooses:
 ///
-/// * 0: Maxwell slip, elements of equal limit whose slip distances are spread evenly from 0 to `slip_mm`
-///   (Iwan 1966), at the middles of equal parts;
+/// * 0: Maxwell slip, very many elements of equal limit whose slip distances are spread evenly from 0 to `slip_mm`
+///   (Iwan 1966); their sum is a Gauss–Legendre quadrature of twelve points;
 /// * 1 or 2: Bouc–Wen with this exponent and β = γ = ½, `dz/dx = (1 − |z|ⁿ [z dx > 0]) / slip_mm`
 ///   (Wen 1976), solved exactly between reversals;
 /// * from 10: the limit of a large exponent, one element that is elastic up to `slip_mm` and then slips (Prandtl 1928).
 #[derive(Debug, Clone, Copy)]
 pub struct Hysteresis;
 
-/// Number of elements of the Maxwell shape.
-const ELEMENTS: usize = 12;
+/// Elements of the Maxwell shape: slip distance relative to the largest, and share of the force. They are the points and weights of the
+/// Gauss–Legendre quadrature on [0, 1] (Golub and Welsch 1969).
+const ELEMENTS: [[f64; 2]; 12] = [
+    [0.0092196828766404, 0.0235876681932557],
+    [0.0479413718147626, 0.0534696629976595],
+    [0.1150486629028477, 0.0800391642716732],
+    [0.2063410228566913, 0.1015837133615329],
+    [0.3160842505009099, 0.1167462682691773],
+    [0.4373832957442655, 0.1245735229067013],
+    [0.5626167042557344, 0.1245735229067013],
+    [0.6839157494990901, 0.1167462682691773],
+    [0.7936589771433087, 0.1015837133615329],
+    [0.8849513370971523, 0.0800391642716732],
+    [0.9520586281852375, 0.0534696629976595],
+    [0.9907803171233596, 0.0235876681932557],
+];
 
 /// Exponent from which the loop counts as that of one element.
 const ELASTIC: f64 = 10.0;
@@ -43,14 +57,14 @@ impl Effect for Hysteresis {
     }
 
     fn memory_len(&self) -> usize {
-        ELEMENTS
+        ELEMENTS.len()
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
         let travel = at.displacement_mm - at.step_start.displacement_mm;
         let share = if p[2].real() < 0.5 {
-            let sum = stretch(p, travel, memory).fold(S::zero(), |sum, z| sum + z);
-            sum.scaled(1.0 / ELEMENTS as f64)
+            let elements = stretch(p, travel, memory).zip(ELEMENTS);
+            elements.fold(S::zero(), |sum, (z, [_, share])| sum + z.scaled(share))
         } else {
             bouc_wen(p, travel, memory[0])
         };
@@ -60,7 +74,7 @@ impl Effect for Hysteresis {
     fn advance<S: Scalar>(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]) {
         let travel = end.displacement_mm - end.step_start.displacement_mm;
         if p[2].real() < 0.5 {
-            let mut after = [S::zero(); ELEMENTS];
+            let mut after = [S::zero(); ELEMENTS.len()];
             for (new, z) in after.iter_mut().zip(stretch(p, travel, memory)) {
                 *new = z;
             }
@@ -75,9 +89,8 @@ impl Effect for Hysteresis {
 fn stretch<'a, S: Scalar>(p: &[S], travel: S, memory: &'a [S]) -> impl Iterator<Item = S> + 'a {
     let first = travel / p[1];
     let one = S::constant(1.0);
-    memory.iter().enumerate().map(move |(j, &z)| {
-        (z + first.scaled(ELEMENTS as f64 / (j as f64 + 0.5))).clamped(-one, one)
-    })
+    let elements = memory.iter().zip(ELEMENTS);
+    elements.map(move |(&z, [slip, _])| (z + first.scaled(1.0 / slip)).clamped(-one, one))
 }
 
 /// The variable z of Bouc and Wen after `travel` (mm) from `z`.
