@@ -418,7 +418,8 @@ impl Errors<'_> {
 }
 
 /// The intervals of a cause's parameters, widened by errors that the scatter of the residuals does not show, by the apparent values on
-/// baseline recordings, and by other shapes of the same cause that fit equally well, whose values are as uncertain. No limit leaves the range of its parameter.
+/// baseline recordings, and by other shapes of the same cause that fit equally well, whose values are as uncertain. No limit leaves the
+/// range of its parameter.
 fn widened<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     (best, place): (&Fit, usize),
@@ -431,12 +432,12 @@ fn widened<C: Candidates + ?Sized>(
         interval.widened(errors.half_width(k).hypot(apparent.half_width(k)), *info)
     };
     let mut intervals: Vec<Interval> = own.iter().zip(infos).enumerate().map(widen).collect();
-    let own = intervals.clone();
+    let of_named = intervals.clone();
     for shape in other_shapes(problem, best, place) {
-        for ((interval, own), (value, info)) in
-            intervals.iter_mut().zip(&own).zip(shape.into_iter().zip(infos))
+        for ((interval, named), (value, info)) in
+            intervals.iter_mut().zip(&of_named).zip(shape.into_iter().zip(infos))
         {
-            let other = own.moved_to(value, *info);
+            let other = named.moved_to(value, *info);
             interval.ci95[0] = interval.ci95[0].min(other.ci95[0]);
             interval.ci95[1] = interval.ci95[1].max(other.ci95[1]);
         }
