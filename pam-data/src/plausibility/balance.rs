@@ -85,7 +85,7 @@ impl Balance {
         (squares(&self.recorded_n) / squares(&self.modelled_n)).sqrt()
     }
 
-    /// Whether the actuator saturates: at small recorded forces the modelled force rises clearly faster with the recorded one than over
+    /// Whether the actuator saturates: the slope of the modelled over the recorded force is significantly steeper at small forces than over
     /// the whole range. A wrong unit scales the force by the same factor at every amplitude.
     pub(super) fn saturates(&self) -> bool {
         let peak = self.recorded_n.iter().fold(0.0, |most: f64, f| most.max(f.abs()));

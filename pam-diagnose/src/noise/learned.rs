@@ -5,9 +5,9 @@ use super::autoregression::{Autoregression, autocovariance};
 use super::covariance::Covariances;
 use super::unseen::unseen_levels;
 use crate::fit::{Hypothesis, Problem, dot};
-use crate::residual::flexible::{FeatureRows, left_of_itself};
+use crate::residual::flexible::{FeatureRows, FlexibleModel};
 use crate::search::Candidates;
-use crate::settings::{DiagnosisSettings, NoiseSettings};
+use crate::settings::NoiseSettings;
 
 impl Noise {
     /// The noise beside a fitted hypothesis: what a flexible model without names
@@ -24,23 +24,24 @@ impl Noise {
         prior: &NoisePrior,
     ) -> Option<Self> {
         let rows = FeatureRows::gather(problem, hypothesis)?;
-        let mut noise = Self::of_rows(&rows, &problem.experiments, prior, problem.settings)?;
-        if problem.blocks() < problem.settings.rejection.fewest_blocks {
-            let levels = unseen_levels(&rows, &problem.experiments, prior, problem.settings);
+        let (experiments, settings) = (&problem.experiments, problem.settings);
+        let models = rows.models(&settings.verdict)?;
+        let mut noise = Self::of_rows((&rows, &models), experiments, prior, &settings.noise)?;
+        if problem.blocks() < settings.rejection.fewest_blocks {
+            let levels = unseen_levels(&rows, experiments, prior, settings);
             noise.unseen_levels = levels.unwrap_or_default();
         }
         Some(noise)
     }
 
-    /// The noise of rows with their features, each range of them of an experiment of the system; `None` without rows.
+    /// The noise of rows with their flexible models, each range of them of an experiment of the system; `None` without rows.
     pub(super) fn of_rows(
-        rows: &FeatureRows,
+        (rows, models): (&FeatureRows, &[FlexibleModel]),
         experiments: &[usize],
         prior: &NoisePrior,
-        settings: &DiagnosisSettings,
+        settings: &NoiseSettings,
     ) -> Option<Self> {
-        let left = left_of_itself(rows, &settings.verdict)?;
-        let settings = &settings.noise;
+        let left = rows.left(models);
         let n = rows.len() as f64;
         let count = left.len();
         let mut shared: Vec<Vec<f64>> = Vec::new();
@@ -49,13 +50,12 @@ impl Noise {
         let (mut channels, mut levels, mut freedoms) = (Vec::new(), Vec::new(), Vec::new());
         let mut relative = vec![Vec::new(); 1 + experiments.iter().max().copied()?];
         let known = &prior.discrepancy.covariances;
-        for (c, (left, used_rows)) in left.into_iter().enumerate() {
+        for (c, (mut left, model)) in left.into_iter().zip(models).enumerate() {
             // A steady offset or a drift of one recording is no noise.
-            let mut left = left;
             rows.experiments.iter().for_each(|r| detrend(&mut left[r.clone()]));
             let mut rest = winsorised(left, settings.largest_deviations);
             // At least a row for every row that the flexible model may have used up.
-            let used = used_rows + c as f64 + 2.0 * rows.experiments.len() as f64;
+            let used = model.used_rows + c as f64 + 2.0 * rows.experiments.len() as f64;
             let freedom = (n - used).max(settings.least_freedom * n);
             // Scales the sample variance to the given standard deviation or, without one, corrects it for the degrees of freedom
             // that the flexible model has used.
@@ -177,8 +177,8 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// The errors of a fitted hypothesis that go with the motion; `None` if it cannot be simulated.
     pub(crate) fn motion_errors(&self, hypothesis: &Hypothesis) -> Option<MotionErrors> {
         let rows = FeatureRows::gather(self, hypothesis)?;
-        let left = left_of_itself(&rows, &self.settings.verdict)?;
-        let learned = |(residual, (left, _)): (&Vec<f64>, (Vec<f64>, f64))| -> Vec<f64> {
+        let left = rows.left(&rows.models(&self.settings.verdict)?);
+        let learned = |(residual, left): (&Vec<f64>, Vec<f64>)| -> Vec<f64> {
             residual.iter().zip(&left).map(|(r, l)| r - l).collect()
         };
         let learned: Vec<Vec<f64>> = rows.residuals.iter().zip(left).map(learned).collect();

@@ -2,7 +2,7 @@
 
 use super::{Noise, NoisePrior};
 use crate::fit::dot;
-use crate::residual::flexible::{FeatureRows, FlexibleModel};
+use crate::residual::flexible::FeatureRows;
 use crate::settings::DiagnosisSettings;
 use pam_numerics::statistics::{mean, median};
 use std::ops::Range;
@@ -25,8 +25,8 @@ impl UnseenLevel {
     pub(super) const KNOWN: Self = Self { median: 1.0, mean: 1.0 };
 }
 
-/// The levels of all channels by cross-validation over thirds of all recordings. What a flexible model learns from the other two thirds
-/// is taken out where that makes the level smaller. `None` where the rows of two thirds are too few to learn from.
+/// Three-fold cross-validation of the noise level of each channel; a fold is a contiguous third of every recording. The level is that of
+/// the residual or, if smaller, of the residual after a flexible model fitted to the other two thirds. `None` if those have too few rows.
 pub(super) fn unseen_levels(
     rows: &FeatureRows,
     experiments: &[usize],
@@ -62,19 +62,9 @@ fn levels_of_fold(
         unseen.push(left_out);
     }
     let (seen, unseen) = (rows.at(&seen), rows.at(&unseen));
-    let noise = Noise::of_rows(&seen, &of_seen, prior, settings)?.common();
-    let verdict = &settings.verdict;
-    let most = verdict.explainable_weights * seen.len() as f64;
-    let left: Vec<Vec<f64>> = seen
-        .residuals
-        .iter()
-        .zip(&unseen.residuals)
-        .map(|(of_seen, of_unseen)| {
-            let ridge = verdict.explainable_ridge;
-            let model = FlexibleModel::learn(&seen.features, of_seen, ridge, most)?;
-            Some(model.left(&unseen.features, of_unseen))
-        })
-        .collect::<Option<_>>()?;
+    let models = seen.models(&settings.verdict)?;
+    let noise = Noise::of_rows((&seen, &models), &of_seen, prior, &settings.noise)?.common();
+    let left = unseen.left(&models);
     let [plain, less] =
         [&unseen.residuals, &left].map(|channels| levels(&noise, channels, &unseen.experiments));
     Some(plain.into_iter().zip(less).map(|(plain, less)| plain.min(less)).collect())

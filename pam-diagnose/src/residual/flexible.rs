@@ -62,6 +62,18 @@ impl FeatureRows {
         self.len() == 0
     }
 
+    /// The flexible model of each channel's residual, by ordinary least squares.
+    pub(crate) fn models(&self, settings: &VerdictSettings) -> Option<Vec<FlexibleModel>> {
+        let model = |r: &Vec<f64>| FlexibleModel::of_settings(&self.features, r, settings);
+        self.residuals.iter().map(model).collect()
+    }
+
+    /// The residual of each channel after a flexible model, which may have been learned from other rows.
+    pub(crate) fn left(&self, models: &[FlexibleModel]) -> Vec<Vec<f64>> {
+        let channels = models.iter().zip(&self.residuals);
+        channels.map(|(model, r)| model.left(&self.features, r)).collect()
+    }
+
     /// The rows in these ranges, each of which becomes the rows of an experiment.
     pub(crate) fn at(&self, ranges: &[Range<usize>]) -> Self {
         let of = |series: &Vec<f64>| -> Vec<f64> {
@@ -142,6 +154,16 @@ impl FlexibleModel {
         }
     }
 
+    /// [`learn`](Self::learn) with the ridge and the share of weights of the settings.
+    fn of_settings(
+        features: &[Vec<f64>],
+        residual: &[f64],
+        settings: &VerdictSettings,
+    ) -> Option<Self> {
+        let most = settings.explainable_weights * residual.len() as f64;
+        Self::learn(features, residual, settings.explainable_ridge, most)
+    }
+
     /// The residual after the learned weights.
     #[must_use]
     pub fn left(&self, features: &[Vec<f64>], residual: &[f64]) -> Vec<f64> {
@@ -151,20 +173,6 @@ impl FlexibleModel {
         }
         left
     }
-}
-
-/// The residual of each channel after a flexible model, on the rows from which it was learned, by ordinary least squares, and the
-/// rows that each uses up.
-pub(crate) fn left_of_itself(
-    rows: &FeatureRows,
-    settings: &VerdictSettings,
-) -> Option<Vec<(Vec<f64>, f64)>> {
-    let most = settings.explainable_weights * rows.len() as f64;
-    let model = |r: &Vec<f64>| {
-        let model = FlexibleModel::learn(&rows.features, r, settings.explainable_ridge, most)?;
-        Some((model.left(&rows.features, r), model.used_rows))
-    };
-    rows.residuals.iter().map(model).collect()
 }
 
 /// The residual of each whitened channel after a flexible model, on rows that it has not seen. The features are whitened as the
@@ -190,9 +198,7 @@ pub(crate) fn left_of_unseen<C: Candidates + ?Sized>(
     (0..noise.channels())
         .map(|c| {
             let [of_train, of_test] = [&train, &test].map(|rows| rows.whitened(noise.channel(c)));
-            let (ridge, most) =
-                (settings.explainable_ridge, settings.explainable_weights * train.len() as f64);
-            let model = FlexibleModel::learn(&of_train, &to_learn[c], ridge, most)?;
+            let model = FlexibleModel::of_settings(&of_train, &to_learn[c], settings)?;
             Some(model.left(&of_test, &to_judge[c]))
         })
         .collect()

@@ -275,8 +275,8 @@ settings! {
         null_draws: usize = 400, "draws", [20.0, 1e6], USUAL;
         /// Quantile of the null distribution that names must exceed.
         null_quantile: f64 = 0.95, "–", [0.5, 0.999], USUAL;
-        /// Fewest blocks of rows that tell chance by themselves. With fewer the blocks of the null test are shorter, only the
-        /// noise model vouches for their independence, the odds that a cause must reach are higher, and cross-validation tells how well
+        /// Number of blocks of rows below which their scatter alone does not measure chance. Below it the null test uses shorter blocks, which
+        /// are independent only as far as the noise model is right, a cause must reach higher odds, and cross-validation estimates how well
         /// the learned noise describes other rows.
         fewest_blocks: usize = 20, "blocks", COUNT, USUAL;
         /// Quantile of the null distribution that a change of a parameter in time, or between recordings, must exceed.

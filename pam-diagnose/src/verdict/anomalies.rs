@@ -7,6 +7,7 @@ use crate::search::Candidates;
 use pam_core::units::significant;
 use pam_numerics::statistics::{chi_square_quantile, mean, root_mean_square, t_quantile};
 use serde::Serialize;
+use std::cell::OnceCell;
 
 /// Something in the residual of one channel that no noise does.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -50,6 +51,8 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         let freedom = 1.0 / (1.0 / settings.verdict.event_freedom + 1.0 / problem.noise.freedom(c));
         t_quantile(1.0 - tail, freedom) * problem.noise.unseen_level(c).median.sqrt()
     };
+    // Needed only where there are events, and for all channels at once.
+    let by_timing = vec![OnceCell::new(); problem.len()];
     for (c, (place, output)) in fitted_outputs(problem.system).enumerate() {
         let anomaly = |kind, recording: Option<usize>, time_s, frequency_hz, description| Anomaly {
             kind,
@@ -125,8 +128,9 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
             let sizes = white[c].iter().map(|w| w.abs()).enumerate().filter(|(k, _)| !passing(*k));
             let mut events: Vec<(usize, f64)> = sizes.filter(|e| e.1 > largest(c)).collect();
             if !events.is_empty() {
-                let by_timing = by_timing(problem, hypothesis, i, c);
-                events.retain(|(k, size)| *size > largest(c) + by_timing.get(*k).unwrap_or(&0.0));
+                let by_timing = by_timing[i].get_or_init(|| by_timing_of(problem, hypothesis, i));
+                let own = by_timing.get(c).map_or(&[][..], Vec::as_slice);
+                events.retain(|(k, size)| *size > largest(c) + own.get(*k).unwrap_or(&0.0));
             }
             if let Some((k, size)) = events.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
                 let time_s = start_s + k as f64 * row_s;
@@ -184,21 +188,22 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
     found
 }
 
-/// For each whitened row of a channel the error that the unknown course of the excitation between two samples may leave: its jumps have
-/// their own time within each sample ([`Candidates::timing`]), which appears in the rows beside them. Empty if no timing is uncertain.
-fn by_timing<C: Candidates + ?Sized>(
+/// For each channel and whitened row the largest error that the unknown course of the excitation between two samples can cause: a jump
+/// may occur at any time within a sample ([`Candidates::timing`]) and appears in the adjacent rows. Empty if no timing is uncertain.
+fn by_timing_of<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     hypothesis: &Hypothesis,
     place: usize,
-    channel: usize,
-) -> Vec<f64> {
+) -> Vec<Vec<f64>> {
     let Some(timing) = problem.system.timing() else { return Vec::new() };
     let Ok(s) = problem.whitened_sensitivities(hypothesis, place) else { return Vec::new() };
     let shared = s.columns.len() - hypothesis.locals[place].len() - hypothesis.shared.len();
     let [least, most] = problem.system.shared()[timing].limits;
-    let rows = &s.columns[shared + timing][channel];
-    let size = |k: usize| (most - least) * rows.get(k).map_or(0.0, |r| r.abs());
-    (0..rows.len()).map(|k| size(k).max(size(k + 1)).max(size(k.wrapping_sub(1)))).collect()
+    let of_channel = |rows: &Vec<f64>| -> Vec<f64> {
+        let size = |k: usize| (most - least) * rows.get(k).map_or(0.0, |r| r.abs());
+        (0..rows.len()).map(|k| size(k).max(size(k + 1)).max(size(k.wrapping_sub(1)))).collect()
+    };
+    s.columns[shared + timing].iter().map(of_channel).collect()
 }
 
 /// The rows of several series, each less its mean.

@@ -77,8 +77,8 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
             };
             let unseen = problem.noise.unseen_level(c);
             // The model's own errors differ between recordings.
-            let own_errors = (settings.inadequate_ratio.powi(2) - 1.0)
-                * problem.noise.discrepancy_levels().get(c).unwrap_or(&0.0);
+            let own_errors =
+                (settings.inadequate_ratio.powi(2) - 1.0) * problem.noise.discrepancy_levels()[c];
             let upper = unseen.median + (quantile * of_blocks).hypot(of_noise) + own_errors;
             let gains: Vec<f64> = squares.iter().zip(&less).map(|(a, b)| a - b).collect();
             let gain = mean(&gains);
