@@ -11,7 +11,7 @@ use crate::settings::NoiseSettings;
 
 impl Noise {
     /// The noise beside a fitted hypothesis: what a flexible model without names
-    /// ([`FlexibleModel`](crate::residual::FlexibleModel)), learned from the same rows, leaves of its residual.
+    /// ([`FlexibleModel`]), learned from the same rows, leaves of its residual.
     ///
     /// The degrees of freedom that the flexible model has used are given back, and the errors that the model is known to make join with
     /// their covariances. Channel by channel, the part that goes with the channels before it is taken out by least squares, and the
