@@ -3,6 +3,7 @@
 use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::CliError;
+use pam_core::parallel;
 use pam_data::plausibility::{PlausibilitySettings, Severity};
 use pam_data::quality::{QualityKind, QualitySettings};
 use pam_data::{SavedModel, Subject, plausibility, quality};
@@ -42,8 +43,8 @@ pub fn check_quality(
     console: &Console,
 ) -> Result<(), CliError> {
     let mut errors = Vec::new();
-    for subject in subjects {
-        let quality = quality::assess(&subject.recording, &QualitySettings::default());
+    let assess = |i: usize| quality::assess(&subjects[i].recording, &QualitySettings::default());
+    for quality in parallel::map(subjects.len(), assess) {
         for finding in quality.findings {
             let sentence = format!("{}: {}", quality.recording, finding.message);
             match (finding.severity, finding.kind) {

@@ -21,6 +21,7 @@ use std::sync::OnceLock;
 
 /// The instruction set of this machine, looked up once.
 #[must_use]
+#[inline]
 pub fn arch() -> Arch {
     static ARCH: OnceLock<Arch> = OnceLock::new();
     *ARCH.get_or_init(Arch::new)

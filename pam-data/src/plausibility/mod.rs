@@ -46,7 +46,7 @@ pub(crate) use gas::implied_deformation;
 pub use settings::PlausibilitySettings;
 
 use crate::subject::Subject;
-use pam_core::{ForceModel, JointModel};
+use pam_core::{ForceModel, JointModel, parallel};
 use readings::{pressure_units, unit_in_file};
 use sample::Sample;
 use weigh::Weights;
@@ -74,7 +74,7 @@ pub fn check_with<'s, F: ForceModel<f64>>(
     // One list of units for all keeps indices alike.
     let units = pressure_units(unit_in_file(subjects.iter().map(|s| &s.recording)), settings);
     let samples: Vec<Sample<'_>> =
-        subjects.iter().map(|s| Sample::new(s, &units, settings)).collect();
+        parallel::map(subjects.len(), |i| Sample::new(subjects[i], &units, settings));
     let weights = Weights { model, units: &units, settings };
     let readings = choice::readings(&weights, &samples);
     let mut findings = columns::findings(&weights, &samples, &readings);

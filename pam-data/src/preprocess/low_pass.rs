@@ -61,6 +61,7 @@ impl LowPass {
     /// # Panics
     /// If there are fewer than [`shortest`](LowPass::shortest) samples.
     #[must_use]
+    #[inline(always)]
     pub fn forward_backward<S: Scalar>(&self, values: &[S]) -> Vec<S> {
         let (n, pad) = (values.len(), self.padding);
         assert!(n >= Self::shortest(), "{n} samples are too few to filter");
@@ -71,7 +72,9 @@ impl LowPass {
         extended.extend((1..=pad).map(|i| last.scaled(2.0) - values[n - 1 - i]));
         self.run(extended.iter_mut());
         self.run(extended.iter_mut().rev());
-        extended[pad..pad + n].to_vec()
+        extended.truncate(pad + n);
+        extended.drain(..pad);
+        extended
     }
 
     /// The transpose of [`forward_backward`](Self::forward_backward), which is linear: from the derivative of
@@ -115,14 +118,15 @@ impl LowPass {
     }
 
     /// One pass in place, started in the steady state of the first value.
-    fn run<'a, S: Scalar + 'a>(&self, values: impl Iterator<Item = &'a mut S>) {
+    #[inline(always)]
+    fn run<'a, S: Scalar + 'a>(&self, mut values: impl Iterator<Item = &'a mut S>) {
         let Self { b, a, .. } = *self;
-        let mut state = None;
+        // In the steady state, the first value is let through.
+        let Some(first) = values.next() else { return };
+        let mut state = S::combination([first, first], [b, -a]);
         for v in values {
-            let x = *v;
-            let z = state.unwrap_or(x.scaled(1.0 - b));
-            let y = x.scaled(b) + z;
-            state = Some(x.scaled(b) - y.scaled(a));
+            let y = S::combination([v, &state], [b, 1.0]);
+            state = S::combination([v, &y], [b, -a]);
             *v = y;
         }
     }

@@ -2,10 +2,10 @@
 
 use super::hypothesis::Hypothesis;
 use super::likelihood::ChannelErrors;
+use super::normal::{Jacobian, WhitenedResiduals};
 use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::{Candidates, Nuisance};
-use pam_core::parallel;
 
 /// A hypothesis at its best fit.
 #[derive(Debug, Clone)]
@@ -114,7 +114,12 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         iterations: usize,
         converged_drop: f64,
     ) -> Result<Fit, DiagnoseError> {
-        let errors = self.errors(&start)?;
+        // The first Jacobian comes with the residuals at the start.
+        let linearised = if iterations > 0 { Some(self.jacobian(&start)?) } else { None };
+        let errors = match &linearised {
+            Some((_, residuals)) => self.errors_of_all(&start, residuals)?,
+            None => self.errors(&start)?,
+        };
         let fit = Fit {
             cost: self.cost(&start, &errors),
             hypothesis: start,
@@ -125,19 +130,30 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             damping: self.settings.fit.first_damping,
             converged_drop,
         };
-        self.fit_further(fit, iterations)
+        self.fit_from(fit, linearised, iterations)
     }
 
     /// Goes on with a fit for at most `iterations` steps.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the sensitivities cannot be simulated.
-    pub fn fit_further(&self, mut fit: Fit, iterations: usize) -> Result<Fit, DiagnoseError> {
+    pub fn fit_further(&self, fit: Fit, iterations: usize) -> Result<Fit, DiagnoseError> {
+        self.fit_from(fit, None, iterations)
+    }
+
+    /// As [`fit_further`](Self::fit_further); the sensitivities at the present values may be known.
+    fn fit_from(
+        &self,
+        mut fit: Fit,
+        mut linearised: Option<(Jacobian, WhitenedResiduals)>,
+        iterations: usize,
+    ) -> Result<Fit, DiagnoseError> {
         for _ in 0..iterations {
             if fit.has_converged() {
                 break;
             }
-            self.improve(&mut fit)?;
+            let linearised = linearised.take().map_or_else(|| self.jacobian(&fit.hypothesis), Ok);
+            self.improve(&mut fit, linearised?);
         }
         let parameters = fit.hypothesis.parameters(self.system);
         let limited: Vec<_> = parameters
@@ -155,60 +171,59 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     }
 
     /// One iteration: a step with the first damping that lowers the cost, then further steps with the same Jacobian while it
-    /// predicts the drop of the cost (Shamanskii's method). The last drop is zero if no step lowers the cost, or if the linear
-    /// model predicts too small a drop.
-    fn improve(&self, fit: &mut Fit) -> Result<(), DiagnoseError> {
+    /// predicts the drop of the cost (Shamanskii's method). The last drop is zero if no step lowers the cost, and less than that of a
+    /// converged fit if the linear model predicts no larger one.
+    fn improve(&self, fit: &mut Fit, (jacobian, residuals): (Jacobian, WhitenedResiduals)) {
         let settings = &self.settings.fit;
-        let (jacobian, residuals) = self.jacobian(&fit.hypothesis)?;
+        let shared = self.system.shared();
         let equations = self.equations(&jacobian, &residuals, &fit.hypothesis, &fit.errors);
         fit.last_drop = 0.0;
-        // Drop of the cost over the predicted one.
-        let mut share = f64::NAN;
+        // The residuals after the step, and the drop of the cost over the predicted one.
+        let mut moved = None;
         for _ in 0..settings.dampings_per_iteration {
-            let step = equations.step(fit.damping, self.system.shared());
-            let expected = step.as_ref().map_or(0.0, |s| equations.expected_drop(s));
-            if step.is_some() && expected < fit.converged_drop {
-                return Ok(());
-            }
-            if step.is_some_and(|step| self.moves(fit, &step, 0.0)) {
-                share = fit.last_drop / expected;
-                break;
+            if let Some(step) = equations.step(fit.damping, shared) {
+                let expected = equations.expected_drop(&step);
+                if expected < fit.converged_drop {
+                    return;
+                }
+                if let Some(residuals) = self.moves(fit, &step, 0.0) {
+                    moved = Some((residuals, fit.last_drop / expected));
+                    break;
+                }
             }
             fit.damping *= settings.damping_after_failure;
         }
         let [low, high] = settings.jacobian_reuse_share;
-        for _ in 0..self.jacobian_reuses {
+        for _ in 0..settings.jacobian_reuses {
+            let Some((residuals, share)) = moved.take() else { break };
             if fit.has_converged() || !(low..high).contains(&share) {
                 break;
             }
-            let of = |i| self.whitened_as_fitted(&fit.hypothesis, i);
-            let residuals = parallel::map(self.len(), of).into_iter().collect::<Result<_, _>>()?;
             let equations = self.equations(&jacobian, &residuals, &fit.hypothesis, &fit.errors);
-            let Some(step) = equations.step(fit.damping, self.system.shared()) else { break };
+            let Some(step) = equations.step(fit.damping, shared) else { break };
             let expected = equations.expected_drop(&step);
-            if expected < fit.converged_drop || !self.moves(fit, &step, low * expected) {
+            if expected < fit.converged_drop {
+                fit.last_drop = expected;
                 break;
             }
-            share = fit.last_drop / expected;
-            // Convergence is only declared with a Jacobian at the present values.
-            fit.last_drop = fit.last_drop.max(fit.converged_drop);
+            let next = self.moves(fit, &step, low * expected);
+            moved = next.map(|residuals| (residuals, fit.last_drop / expected));
         }
-        Ok(())
     }
 
-    /// Takes a step if it lowers the cost by more than `least`.
-    fn moves(&self, fit: &mut Fit, step: &[f64], least: f64) -> bool {
+    /// Takes a step if it lowers the cost by more than `least`; the whitened residuals after it.
+    fn moves(&self, fit: &mut Fit, step: &[f64], least: f64) -> Option<WhitenedResiduals> {
         let settings = &self.settings.fit;
         let next = fit.hypothesis.moved(self.system, step, settings.largest_log_step);
-        let Ok(errors) = self.errors(&next) else { return false };
+        let (residuals, errors) = self.evaluated(&next).ok()?;
         let cost = self.cost(&next, &errors);
-        let lower = cost < fit.cost - least;
-        if lower {
-            fit.last_drop = fit.cost - cost;
-            (fit.hypothesis, fit.errors, fit.cost) = (next, errors, cost);
-            let less = fit.damping * settings.damping_after_success;
-            fit.damping = less.max(settings.least_damping);
+        if cost >= fit.cost - least || cost.is_nan() {
+            return None;
         }
-        lower
+        fit.last_drop = fit.cost - cost;
+        (fit.hypothesis, fit.errors, fit.cost) = (next, errors, cost);
+        let less = fit.damping * settings.damping_after_success;
+        fit.damping = less.max(settings.least_damping);
+        Some(residuals)
     }
 }

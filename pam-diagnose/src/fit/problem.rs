@@ -2,6 +2,7 @@
 
 use super::hypothesis::Hypothesis;
 use super::likelihood::ChannelErrors;
+use super::normal::WhitenedResiduals;
 use super::unseen::UnseenNuisances;
 use crate::error::DiagnoseError;
 use crate::noise::{Noise, correlated_rows};
@@ -38,8 +39,6 @@ pub struct Problem<'a, C: ?Sized> {
     /// Whitened rows that count as one independent observation: more than one where the residual of a model that is not
     /// right is correlated.
     pub rows_per_observation: f64,
-    /// Most further steps of an iteration with the same Jacobian.
-    pub(crate) jacobian_reuses: usize,
     /// What the nuisances of experiments that were not fitted would take, experiment by experiment.
     pub(crate) unseen: Option<Arc<Vec<Arc<UnseenNuisances>>>>,
 }
@@ -84,7 +83,6 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
             windows,
             noise,
             rows_per_observation: 1.0,
-            jacobian_reuses: 0,
             unseen: None,
         }
     }
@@ -379,17 +377,64 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
     /// # Errors
     /// [`DiagnoseError`] of the first experiment whose simulation fails.
     pub fn errors(&self, hypothesis: &Hypothesis) -> Result<ChannelErrors, DiagnoseError> {
-        let each: Result<Vec<ChannelErrors>, DiagnoseError> = parallel::map(self.len(), |i| {
-            let residuals = self.whitened_residuals(hypothesis, i)?;
-            // What nuisances take of rows that were not fitted costs what it is worth.
-            let prior = self.unseen_prior_cost(hypothesis, i)? / residuals.len().max(1) as f64;
-            let sum = |r: &Vec<f64>| r.iter().map(|v| v * v).sum::<f64>() + prior;
-            Ok(ChannelErrors { sums: residuals.iter().map(sum).collect(), rows: self.rows(i) })
-        })
-        .into_iter()
-        .collect();
+        Ok(self.evaluated(hypothesis)?.1)
+    }
+
+    /// The [whitened residuals](Self::whitened_as_fitted) of all experiments, and their errors.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] of the first experiment whose simulation fails.
+    pub(super) fn evaluated(
+        &self,
+        hypothesis: &Hypothesis,
+    ) -> Result<(WhitenedResiduals, ChannelErrors), DiagnoseError> {
+        let each = parallel::map(self.len(), |i| {
+            let white = self.whitened_as_fitted(hypothesis, i)?;
+            let errors = self.errors_of(hypothesis, &white, i)?;
+            Ok((white, errors))
+        });
+        let each: Result<Vec<_>, DiagnoseError> = each.into_iter().collect();
+        let (residuals, errors): (_, Vec<ChannelErrors>) = each?.into_iter().unzip();
+        Ok((residuals, self.together(errors)))
+    }
+
+    /// The errors of the [whitened residuals](Self::whitened_as_fitted) of a hypothesis.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] of the first experiment whose simulation fails.
+    pub(super) fn errors_of_all(
+        &self,
+        hypothesis: &Hypothesis,
+        residuals: &WhitenedResiduals,
+    ) -> Result<ChannelErrors, DiagnoseError> {
+        let each = residuals.iter().enumerate();
+        let each = each.map(|(i, white)| self.errors_of(hypothesis, white, i));
+        Ok(self.together(each.collect::<Result<_, _>>()?))
+    }
+
+    fn together(&self, each: Vec<ChannelErrors>) -> ChannelErrors {
         let none = ChannelErrors { sums: vec![0.0; self.noise.channels()], rows: 0 };
-        Ok(each?.iter().fold(none, |sum, e| sum.and(e)))
+        each.iter().fold(none, |sum, e| sum.and(e))
+    }
+
+    /// The errors of one experiment. What nuisances take of rows that were not fitted costs what it is worth.
+    fn errors_of(
+        &self,
+        hypothesis: &Hypothesis,
+        white: &[Vec<f64>],
+        place: usize,
+    ) -> Result<ChannelErrors, DiagnoseError> {
+        let square = |r: &Vec<f64>| r.iter().map(|v| v * v).sum::<f64>();
+        let sums = match &self.unseen {
+            None => white.iter().map(square).collect(),
+            Some(nuisances) => {
+                let cleared = nuisances[place].cleared(white.to_vec());
+                let prior = self.unseen_prior_cost(hypothesis, place)?;
+                let prior = prior / cleared.len().max(1) as f64;
+                cleared.iter().map(|r| square(r) + prior).collect()
+            }
+        };
+        Ok(ChannelErrors { sums, rows: self.rows(place) })
     }
 
     /// Whitened rows over which the residual of a hypothesis is correlated, the most of its channels. 1 where the

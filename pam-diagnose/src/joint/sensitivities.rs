@@ -248,13 +248,17 @@ fn row_derivatives<const N: usize>(
     count: usize,
 ) -> Vec<Vec<f64>> {
     let rows = numbers.chunks_exact(points);
-    let mut columns = vec![Vec::with_capacity(rows.len()); count];
-    for row in rows {
+    let mut columns = vec![vec![0.0; rows.len()]; count];
+    for (k, row) in rows.enumerate() {
         let mut sums = [0.0; N];
         for number in row {
-            sums.iter_mut().zip(&number.derivatives).for_each(|(sum, d)| *sum += d);
+            for (sum, derivative) in sums.iter_mut().zip(&number.derivatives) {
+                *sum += derivative;
+            }
         }
-        columns.iter_mut().zip(sums).for_each(|(column, sum)| column.push(sum / points as f64));
+        for (column, sum) in columns.iter_mut().zip(&sums) {
+            column[k] = sum / points as f64;
+        }
     }
     columns
 }

@@ -84,14 +84,19 @@ impl Autoregression {
     #[must_use]
     pub fn whitened(&self, rows: &[f64]) -> Vec<f64> {
         let order = self.order();
-        (0..rows.len())
-            .map(|k| {
-                let from = k.min(order);
-                let predictor = &self.predictors[from];
-                let before = rows[k - from..k].iter().rev();
-                let predicted: f64 = predictor.iter().zip(before).map(|(a, r)| a * r).sum();
-                (rows[k] - predicted) / self.deviations[from]
-            })
+        let first = order.min(rows.len());
+        let mut predicted = vec![0.0; rows.len()];
+        for (k, value) in predicted[..first].iter_mut().enumerate() {
+            let before = rows[..k].iter().rev();
+            *value = self.predictors[k].iter().zip(before).map(|(a, r)| a * r).sum();
+        }
+        // Lag by lag, so that a row does not wait for the one before it.
+        for (lag, a) in (1..).zip(&self.predictors[order]) {
+            let before = rows[first - lag.min(first)..].iter();
+            predicted[first..].iter_mut().zip(before).for_each(|(sum, r)| *sum += a * r);
+        }
+        let each = rows.iter().zip(predicted).enumerate();
+        each.map(|(k, (row, predicted))| (row - predicted) / self.deviations[k.min(order)])
             .collect()
     }
 

@@ -4,6 +4,7 @@ use crate::fit::{Hypothesis, Problem, dot};
 use crate::noise::Autoregression;
 use crate::search::Candidates;
 use crate::settings::VerdictSettings;
+use pam_core::parallel;
 use pam_numerics::ScaledCholesky;
 use std::ops::Range;
 
@@ -25,23 +26,28 @@ impl FeatureRows {
         problem: &Problem<'_, C>,
         hypothesis: &Hypothesis,
     ) -> Option<Self> {
+        let points = problem.system.points_per_row();
+        let of = |i: usize| {
+            let (e, window) = (problem.experiments[i], problem.windows[i].clone());
+            let simulated = problem.simulate(hypothesis, i).ok()?;
+            let residuals = problem.residuals_of(&simulated, i);
+            let local = &hypothesis.locals[i];
+            let features = problem.system.features(hypothesis, local, e, &simulated).ok()?;
+            let mean = |c: &[f64]| c.iter().sum::<f64>() / points as f64;
+            let rows = |series: Vec<f64>| -> Vec<f64> {
+                series[window.clone()].chunks_exact(points).map(mean).collect()
+            };
+            Some((residuals, features.into_iter().map(rows).collect::<Vec<_>>()))
+        };
+        let each: Option<Vec<_>> = parallel::map(problem.len(), of).into_iter().collect();
         let mut residuals = vec![Vec::new(); problem.noise.channels()];
         let mut features: Vec<Vec<f64>> = Vec::new();
         let mut experiments = Vec::new();
-        let points = problem.system.points_per_row();
         let mut from = 0;
-        for i in 0..problem.len() {
-            let (e, window) = (problem.experiments[i], problem.windows[i].clone());
-            let simulated = problem.simulate(hypothesis, i).ok()?;
-            let r = problem.residuals_of(&simulated, i);
-            let local = &hypothesis.locals[i];
-            let all = problem.system.features(hypothesis, local, e, &simulated).ok()?;
-            features.resize(all.len(), Vec::new());
-            for (feature, series) in features.iter_mut().zip(&all) {
-                let rows = series[window.clone()].chunks_exact(points);
-                feature.extend(rows.map(|c| c.iter().sum::<f64>() / points as f64));
-            }
-            for (all, own) in residuals.iter_mut().zip(r) {
+        for (i, (own_residuals, own_features)) in each?.into_iter().enumerate() {
+            features.resize(own_features.len(), Vec::new());
+            let all = features.iter_mut().zip(own_features);
+            for (all, own) in all.chain(residuals.iter_mut().zip(own_residuals)) {
                 all.extend(own);
             }
             experiments.push(from..from + problem.rows(i));
@@ -64,8 +70,9 @@ impl FeatureRows {
 
     /// The flexible model of each channel's residual, by ordinary least squares.
     pub(crate) fn models(&self, settings: &VerdictSettings) -> Option<Vec<FlexibleModel>> {
-        let model = |r: &Vec<f64>| FlexibleModel::of_settings(&self.features, r, settings);
-        self.residuals.iter().map(model).collect()
+        let of =
+            |c: usize| FlexibleModel::of_settings(&self.features, &self.residuals[c], settings);
+        parallel::map(self.residuals.len(), of).into_iter().collect()
     }
 
     /// The residual of each channel after a flexible model, which may have been learned from other rows.

@@ -76,18 +76,18 @@ impl<S: Scalar> GasTable<S> {
     }
 
     /// Pressures of flexor and extensor per mass, kPa/g; `None` outside the table.
-    #[inline]
+    #[inline(always)]
     pub(super) fn pressures_per_mass(&self, x: &S) -> Option<[S; 2]> {
         Some([self.at(0, x)?, self.at(1, x)?])
     }
 
     /// The feedback, mN; `None` outside the table.
-    #[inline]
+    #[inline(always)]
     pub(super) fn feedback_mn(&self, x: &S) -> Option<S> {
         self.at(2, x)
     }
 
-    #[inline]
+    #[inline(always)]
     fn at(&self, function: usize, x: &S) -> Option<S> {
         let position = (x.real() - self.start_mm) * self.per_mm;
         if !(position >= 0.0 && position < self.cells.len() as f64) {

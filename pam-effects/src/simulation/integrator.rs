@@ -202,6 +202,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let limit = self.limit_mm();
         self.at_point(0);
         let at_start = self.pressures();
+        let offset_kpa = [0, 1].map(|i| self.start_kpa[i] - at_start[i]);
         for k in 0..points {
             self.at_point(k);
             at_point(k, self);
@@ -209,7 +210,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             channels[0].push(self.x);
             channels[1].push(self.v);
             for i in 0..2 {
-                channels[2 + i].push(self.start_kpa[i] + now[i] - at_start[i]);
+                channels[2 + i].push(offset_kpa[i] + now[i]);
             }
             if k + 1 < points {
                 self.step(k);
@@ -258,6 +259,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// The driving force at half step `half` of the grid, mN, `since_s` after the last call.
+    #[inline(always)]
     fn driving_at(&mut self, half: usize, since_s: f64) -> S {
         let (time_s, lead) = (0.5 * self.record.fine_step_s() * half as f64, self.lead_samples);
         if self.changes_in_time {
@@ -266,15 +268,26 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let delay_s = self.delay_s;
         // At zero delay the force is the recorded one, but its derivative with respect to the delay is not zero.
         let is_delayed = delay_s.real() != 0.0 || (S::NDERIV > 0 && self.hooks.delay);
-        let at_half = |recorded: &FineForce, led_mn: Option<&[f64]>| match led_mn {
-            _ if is_delayed => recorded.at(S::constant(time_s) - delay_s, lead),
-            Some(led_mn) => S::constant(led_mn[half]),
-            None => S::constant(recorded.at(time_s, lead)),
+        let mut force = if is_delayed {
+            let at = |recorded: &FineForce| recorded.at(S::constant(time_s) - delay_s, lead);
+            let whole = at(&self.record.force);
+            match &self.noise {
+                Some((doubtful, _, share)) => whole - *share * at(doubtful),
+                None => whole,
+            }
+        } else {
+            let at = |recorded: &FineForce, led_mn: Option<&[f64]>| {
+                led_mn.map_or_else(|| recorded.at(time_s, lead), |led_mn| led_mn[half])
+            };
+            let whole = at(&self.record.force, self.led_mn);
+            match &self.noise {
+                Some((doubtful, led_mn, share)) => {
+                    let doubtful = at(doubtful, *led_mn);
+                    S::with_slopes(whole - share.real() * doubtful, [share], [-doubtful])
+                }
+                None => S::constant(whole),
+            }
         };
-        let mut force = at_half(&self.record.force, self.led_mn);
-        if let Some((doubtful, led_mn, share)) = &self.noise {
-            force -= *share * at_half(doubtful, *led_mn);
-        }
         for part in self.parts.iter().filter(|part| part.hooks.drive) {
             let memory = &mut self.memory[part.memory.clone()];
             let command =
@@ -285,11 +298,13 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// The air of the chambers.
+    #[inline(always)]
     fn air(&self) -> SealedAir<'_, 'a, S> {
         SealedAir { chambers: &self.chambers, gas: self.gas.as_ref(), air_g: &self.air_g }
     }
 
     /// A step of the grid from the present state on, without substeps.
+    #[inline(always)]
     fn whole_step(&self, start_s: f64, driving_mn: [S; 3]) -> Substep<S> {
         let start =
             StepStart { displacement_mm: self.x, velocity_mm_s: self.v, driving_mn: driving_mn[0] };
@@ -298,6 +313,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// The joint at a share of a step, as effects see it.
+    #[inline(always)]
     fn point<'p>(
         &self,
         base: &'p F::Sealed<'_>,
@@ -321,6 +337,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// The force on the joint at an instant but for dry friction, mN.
+    #[inline(always)]
     pub(super) fn pull_mn(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: &At<S>) -> S {
         let restoring = air.restoring_mn(at.x, at.v);
         let mut force = step.driving_mn(at.share) - restoring - at.v * self.base.damping_kg_s;
@@ -335,13 +352,14 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// Force of the pressures by which the gas law differs from the base model's, mN.
-    #[inline]
+    #[inline(always)]
     fn feedback_mn(&self, x: &S) -> S {
         let tabulated = self.gas.as_ref().and_then(|gas| gas.feedback_mn(x));
         tabulated.unwrap_or_else(|| self.chambers.feedback_mn(*x, self.air_g))
     }
 
     /// The forces of all effects, mN.
+    #[inline(always)]
     fn forces_mn(&self, at: &Point<'_, S>) -> S {
         let parts = self.parts.iter().filter(|part| part.hooks.force);
         let forces =
@@ -350,6 +368,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// The dry friction of all effects, mN.
+    #[inline(always)]
     fn frictions_mn(&self, at: &Point<'_, S>) -> S {
         let parts = self.parts.iter().filter(|part| part.hooks.dry_friction);
         let limits = parts
@@ -385,6 +404,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// Largest dry friction at a share of a step, mN.
+    #[inline(always)]
     pub(super) fn friction_limit_mn(
         &self,
         air: &F::Sealed<'_>,

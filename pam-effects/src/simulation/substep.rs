@@ -55,6 +55,7 @@ pub(super) struct SealedAir<'a, 'b, S> {
 }
 
 impl<S: EffectScalar> Air<S> for SealedAir<'_, '_, S> {
+    #[inline(always)]
     fn pressures_kpa(&self, displacement_mm: S) -> [S; 2] {
         let tabulated = self.gas.and_then(|gas| gas.pressures_per_mass(&displacement_mm));
         let per_mass =

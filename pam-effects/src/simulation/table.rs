@@ -139,7 +139,7 @@ impl ForceTable {
     }
 
     /// The restoring force, mN, with `change_g` more air than the table's masses.
-    #[inline]
+    #[inline(always)]
     pub fn force_mn<S: Scalar>(&self, x: S, v: S, change_g: [S; 2]) -> S {
         let [flexor, extensor] = &change_g;
         let air = [flexor.real(), extensor.real()];
@@ -248,7 +248,7 @@ impl<S: Scalar> BaseForce<S> for ForceTable {
 }
 
 impl<S: Scalar> Restoring<S> for Air<'_, S> {
-    #[inline]
+    #[inline(always)]
     fn restoring_mn(&self, x: S, v: S) -> S {
         self.table.force_mn(x, v, self.change_g)
     }
