@@ -28,7 +28,7 @@ pub fn standard_deviation(values: &[f64]) -> f64 {
 #[must_use]
 pub fn quantile(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     let at = share.clamp(0.0, 1.0) * sorted.len().saturating_sub(1) as f64;
     let value = |i: usize| sorted.get(i).copied().unwrap_or(f64::NAN);
     let (low, high) = (value(at.floor() as usize), value(at.ceil() as usize));
@@ -46,7 +46,7 @@ pub fn median(values: &[f64]) -> f64 {
 #[must_use]
 pub fn levels(values: &[f64]) -> Vec<f64> {
     let mut different: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    different.sort_by(f64::total_cmp);
+    different.sort_unstable_by(f64::total_cmp);
     let size = different.first().map_or(0.0, |a| a.abs().max(different[different.len() - 1].abs()));
     different.dedup_by(|b, a| *b - *a <= 1e-9 * size);
     different

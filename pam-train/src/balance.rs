@@ -6,10 +6,11 @@
 //! simulation, so it says where an error enters, which a free-run error does not.
 
 use pam_core::units::MN_PER_N;
-use pam_core::{ForceInput, ForceModel, JointModel, SealedMasses, scalar};
+use pam_core::{ForceModel, JointModel, SealedMasses};
 use pam_data::Recording;
 use pam_data::preprocess::gradient_at_times;
 use pam_numerics::statistics::root_mean_square;
+use pam_surrogate::PointForces;
 use serde::Serialize;
 
 /// Velocities below this share of their root mean square count as standstill.
@@ -48,21 +49,15 @@ impl ForceBalance {
         let mass_kg = model.physical().mass_kg;
         let damping = model.auxiliary_damping_kg_s;
         let acceleration = gradient_at_times(&recording.velocity_mm_s, &recording.time_s);
-        let mut work = scalar::zeros(model.force.work_len());
-        let missing_n: Vec<f64> = (0..recording.len())
+        let forces = PointForces::new(&model.force);
+        let states = recording.displacement_mm.iter().zip(&recording.velocity_mm_s);
+        let points: Vec<[f64; 2]> = states.map(|(&x, &v)| [x, v]).collect();
+        let mut restoring_mn = vec![0.0; points.len()];
+        forces.values_into(masses, &points, &mut restoring_mn, &mut forces.memory());
+        let missing_n: Vec<f64> = (0..points.len())
             .map(|i| {
-                let v = recording.velocity_mm_s[i];
-                let restoring = model.force.restoring_force_mn(
-                    &ForceInput {
-                        displacement_mm: recording.displacement_mm[i],
-                        velocity_mm_s: v,
-                        mass_flexor_g: masses.flexor_g,
-                        mass_extensor_g: masses.extensor_g,
-                    },
-                    &mut work,
-                );
-                let inertia = mass_kg * acceleration[i];
-                (recording.force_mn[i] - restoring - damping * v - inertia) / MN_PER_N
+                let others = restoring_mn[i] + damping * points[i][1] + mass_kg * acceleration[i];
+                (recording.force_mn[i] - others) / MN_PER_N
             })
             .collect();
         Self::summarise(missing_n, &recording.velocity_mm_s)

@@ -6,8 +6,8 @@ use pam_core::{ForceModel, JointModel, ModelError, SealedMasses};
 use pam_data::Recording;
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, ReluNetwork};
 use pam_solvers::{
-    ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Solution,
-    Statistics, StepBudget, StepController, Tableau, Term,
+    ConstantStep, FailureKind, Integrator, Interpolation, PidController, SampledInput, SaveAt,
+    Solution, Statistics, StepBudget, StepController, Tableau, Term,
 };
 use pam_surrogate::{SurrogateProblem, SurrogateSolver};
 use serde::Serialize;
@@ -36,6 +36,14 @@ pub enum StepChoice {
     /// Steps on a piecewise polynomial of a smooth force (see [`pam_surrogate`]), at its default accuracy. Of the settings only
     /// the reading of the input counts, and it may not be cubic.
     Surrogate,
+    /// As [`Surrogate`](Self::Surrogate) where a polynomial follows the force within its error bound, elsewhere steps under error
+    /// control: the [statistics](Prediction::statistics) of a prediction count evaluations of the field then.
+    SurrogateElse {
+        /// Relative tolerance of the steps.
+        rtol: f64,
+        /// Absolute tolerance of the steps, in the units of the states.
+        atol: f64,
+    },
 }
 
 impl StepChoice {
@@ -45,7 +53,9 @@ impl StepChoice {
         match *self {
             Self::Exact | Self::Surrogate => None,
             Self::Constant { step_s } => Some(Arc::new(ConstantStep::new(step_s))),
-            Self::Adaptive { rtol, atol } => Some(Arc::new(PidController::new(rtol, atol))),
+            Self::Adaptive { rtol, atol } | Self::SurrogateElse { rtol, atol } => {
+                Some(Arc::new(PidController::new(rtol, atol)))
+            }
         }
     }
 }
@@ -97,6 +107,25 @@ impl SolverSettings {
         Self { step: StepChoice::Surrogate, interpolation, ..Self::default() }
     }
 
+    /// Steps on a surrogate of the force where it holds its error bound, else those of these settings.
+    #[must_use]
+    pub fn surrogate_first(&self) -> Self {
+        let step = match self.step {
+            StepChoice::Adaptive { rtol, atol } => StepChoice::SurrogateElse { rtol, atol },
+            other => other,
+        };
+        Self { step, ..self.clone() }
+    }
+
+    /// Whether surrogates apply to a force that is read as in these settings: a network that is not piecewise affine. How closely
+    /// they follow it, the solver finds out.
+    #[must_use]
+    pub fn surrogate_applies_to(&self, force: &impl ForceModel<f64>) -> bool {
+        self.interpolation != Interpolation::Cubic
+            && force.network().is_some()
+            && !ReluNetwork::applies_to(force)
+    }
+
     /// Whether the exact method applies to a force that is read as in these settings.
     #[must_use]
     pub fn exact_applies_to(&self, force: &impl ForceModel<f64>) -> bool {
@@ -107,7 +136,9 @@ impl SolverSettings {
     #[must_use]
     pub fn step_budget(&self) -> Option<StepBudget> {
         match self.step {
-            StepChoice::Adaptive { rtol, atol } => Some(StepBudget::at_tolerance(rtol.min(atol))),
+            StepChoice::Adaptive { rtol, atol } | StepChoice::SurrogateElse { rtol, atol } => {
+                Some(StepBudget::at_tolerance(rtol.min(atol)))
+            }
             StepChoice::Constant { .. } => Some(StepBudget::CONSTANT),
             StepChoice::Exact | StepChoice::Surrogate => None,
         }
@@ -123,6 +154,13 @@ impl SolverSettings {
             StepChoice::Surrogate => {
                 return format!(
                     "polynomial surrogates of the network; {}",
+                    force_between_samples(self.interpolation)
+                );
+            }
+            StepChoice::SurrogateElse { rtol, atol } => {
+                return format!(
+                    "polynomial surrogates of the network, or {} (rtol {rtol:e}, atol {atol:e}) where it bends too sharply; {}",
+                    self.tableau.name,
                     force_between_samples(self.interpolation)
                 );
             }
@@ -276,15 +314,17 @@ pub(crate) fn predict_from<F: ForceModel<f64>>(
     let times = &recording.time_s;
     let input = SampledInput::new(times, &recording.force_mn, settings.interpolation)
         .map_err(|e| fail(e.to_string(), nothing()))?;
-    if settings.step == StepChoice::Surrogate {
+    let else_steps = matches!(settings.step, StepChoice::SurrogateElse { .. });
+    if else_steps || settings.step == StepChoice::Surrogate {
         let problem = surrogate_problem(recording, masses, settings.interpolation, y0);
         let (motion, stopped) = SurrogateSolver::default().trajectory(model, &problem);
         let reached = stopped.as_ref().map_or(f64::INFINITY, |(_, time_s)| *time_s);
         let prediction = with_pressures(model, recording, masses, y0, &motion, reached);
-        return match stopped {
-            None => within_limits(model, recording, prediction),
-            Some((kind, time_s)) => Err(fail(kind.describe(time_s), prediction)),
-        };
+        match stopped {
+            None => return within_limits(model, recording, prediction),
+            Some((FailureKind::Request(_), _)) if else_steps => {}
+            Some((kind, time_s)) => return Err(fail(kind.describe(time_s), prediction)),
+        }
     }
     let Some(controller) = settings.step.controller() else {
         let (prediction, stopped) = exact(model, recording, masses, settings.interpolation, y0)

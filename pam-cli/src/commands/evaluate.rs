@@ -17,8 +17,8 @@ use pam_data::{Channel, SavedModel, Subject};
 use pam_effects::ExtendedModel;
 use pam_report::page::number;
 use pam_report::{EvaluationContext, evaluation_report};
-use pam_train::{Evaluation, evaluate_joint};
-use pam_trajectory::SolverSettings;
+use pam_train::{Evaluation, RecordingEvaluation, evaluate_joint};
+use pam_trajectory::{SolverSettings, StepChoice};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -39,12 +39,41 @@ pub struct EvaluateArguments {
     /// Folder for evaluation.json, report.html, run.json and predictions/
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Which samples predictions/ gets
+    #[arg(long, value_enum, default_value_t, value_name = "WHICH")]
+    pub predictions: WrittenPredictions,
     /// How recordings are read.
     #[command(flatten)]
     pub reading: DataOptions,
     /// How the equations are solved.
     #[command(flatten)]
     pub solver: SolverOptions,
+}
+
+/// Which samples of predictions are written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum WrittenPredictions {
+    /// Every n-th sample, so that no file has more than 10 000
+    #[default]
+    Thinned,
+    /// Every sample
+    All,
+    /// None: no such folder
+    None,
+}
+
+/// Most samples of a thinned prediction.
+const MOST_SAMPLES: usize = 10_000;
+
+impl WrittenPredictions {
+    /// The distance of two written samples of so many; `None` if none are written.
+    fn stride(self, samples: usize) -> Option<usize> {
+        match self {
+            Self::Thinned => Some(samples.div_ceil(MOST_SAMPLES).max(1)),
+            Self::All => Some(1),
+            Self::None => None,
+        }
+    }
 }
 
 impl RunCommand for EvaluateArguments {
@@ -66,8 +95,10 @@ impl RunCommand for EvaluateArguments {
             "data": self.data,
             "reading": self.reading.to_json(global)?,
             "solver": solver_json(&settings),
+            "predictions": format!("{:?}", self.predictions).to_lowercase(),
         });
-        let outcome = evaluate_into(&self.out, &saved, subjects, &settings, console)?;
+        let how = (&settings, self.predictions);
+        let outcome = evaluate_into(&self.out, &saved, subjects, how, console)?;
         run_record::write(&self.out, "evaluate", global.seed, &configuration)?;
         Ok(outcome.finish(&self.out, console))
     }
@@ -82,7 +113,7 @@ pub struct Outcome {
     pub json: Value,
 }
 
-/// Evaluates and writes `evaluation.json`, `report.html` and `predictions/NAME.csv` into a folder.
+/// Evaluates and writes `evaluation.json`, `report.html` and, as asked for, `predictions/NAME.csv` into a folder.
 ///
 /// # Errors
 /// [`CliError`] if a file cannot be written, or the model has an effect that is not known.
@@ -90,7 +121,7 @@ pub fn evaluate_into(
     folder: impl AsRef<Path>,
     saved: &SavedModel,
     subjects: Vec<Subject>,
-    settings: &SolverSettings,
+    (settings, predictions): (&SolverSettings, WrittenPredictions),
     console: &Console,
 ) -> Result<Outcome, CliError> {
     let folder = folder.as_ref();
@@ -102,7 +133,8 @@ pub fn evaluate_into(
     let bar = console.progress(evaluation.recordings.len(), "writing");
     let written = parallel::map(evaluation.recordings.len(), |k| {
         let r = &evaluation.recordings[k];
-        let predicted = r.prediction.to_recording(&r.recording, r.masses);
+        let Some(stride) = predictions.stride(r.prediction.len()) else { return Ok(()) };
+        let predicted = r.prediction.to_recording(&r.recording, r.masses).every(stride);
         let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
         let written =
             write_atomic(&path, csv_columns::to_csv(&predicted, Some(r.masses)).as_bytes());
@@ -111,6 +143,15 @@ pub fn evaluate_into(
     });
     written.into_iter().collect::<Result<(), _>>()?;
     bar.finish_and_clear();
+    let of_steps = |r: &&RecordingEvaluation| r.prediction.statistics.evaluations > 0;
+    let integrated = evaluation.recordings.iter().filter(of_steps).count();
+    if matches!(settings.step, StepChoice::SurrogateElse { .. }) && integrated > 0 {
+        console.warn(format!(
+            "in {integrated} of {} recordings the network bends too sharply for a surrogate: {} predicts them",
+            evaluation.recordings.len(),
+            settings.tableau.name
+        ));
+    }
     let context = EvaluationContext {
         model: saved.info.clone(),
         model_line: describe_model(saved),

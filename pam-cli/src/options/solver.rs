@@ -25,7 +25,8 @@ pub struct SolverOptions {
 fn solver_methods() -> String {
     format!(
         "exact (closed form, for networks of leaky_relu or relu), surrogate (a piecewise polynomial of a smooth force), a \
-         Runge–Kutta method ({}), or auto: exact where it applies and no steps or tolerances are given, else tsit5",
+         Runge–Kutta method ({}), or auto: if no steps or tolerances are given, exact for such networks and surrogate for other \
+         ones, and tsit5 where neither applies",
         Tableau::NAMES.join(", ")
     )
 }
@@ -56,7 +57,14 @@ impl SolverOptions {
     /// # Errors
     /// As [`StepOptions::settings_for`].
     pub fn settings_for(&self, saved: &SavedModel) -> Result<SolverSettings, CliError> {
-        self.steps.settings_for(&self.method, saved)
+        let settings = self.steps.settings_for(&self.method, saved)?;
+        let automatic = self.method == AUTO && !self.steps.are_given();
+        let plain = saved.info.effects.is_empty();
+        Ok(if automatic && plain && settings.surrogate_applies_to(&saved.model.force) {
+            settings.surrogate_first()
+        } else {
+            settings
+        })
     }
 }
 

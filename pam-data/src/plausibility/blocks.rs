@@ -3,7 +3,7 @@
 use super::settings::PlausibilitySettings;
 use crate::recording::{Recording, median_step_s};
 use pam_core::units::MN_PER_N;
-use pam_numerics::ScaledCholesky;
+use pam_numerics::{ScaledCholesky, dot};
 
 /// The columns of a recording, averaged over blocks of equal numbers of samples.
 pub(super) struct Blocks {
@@ -80,7 +80,7 @@ pub(super) fn without_drift(values: &[f64]) -> Vec<f64> {
 
 /// Sum of squares.
 pub(super) fn squares(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum()
+    dot(values, values)
 }
 
 /// A least-squares fit.
@@ -93,7 +93,6 @@ pub(crate) struct Regression {
 impl Regression {
     /// The fit of `target` by the features, without intercept; `None` if the features are dependent.
     pub(crate) fn new(target: &[f64], features: &[&[f64]]) -> Option<Self> {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         if features.iter().any(|f| squares(f) <= 0.0) || squares(target) <= 0.0 {
             return None;
         }

@@ -3,7 +3,7 @@
 use super::finding::Severity;
 use super::sample::Sample;
 use super::weigh::{Reading, Weights};
-use pam_core::ForceModel;
+use pam_core::{ForceModel, parallel};
 
 /// The reading of one recording's columns and the log odds behind it.
 #[derive(Debug, Clone, Copy)]
@@ -15,7 +15,7 @@ pub(super) struct ChosenReading {
 
 /// The most credible reading of each recording. Recordings of one set were exported together, so that a reading is sought
 /// for all first, then for those that contradict it alone.
-pub(super) fn readings<F: ForceModel<f64>>(
+pub(super) fn readings<F: ForceModel<f64> + Sync>(
     weights: &Weights<'_, F>,
     samples: &[Sample<'_>],
 ) -> Vec<ChosenReading> {
@@ -36,7 +36,7 @@ pub(super) fn readings<F: ForceModel<f64>>(
     };
     let all: Vec<&Sample<'_>> = samples.iter().collect();
     let first = shared(&all);
-    let others: Vec<Option<Reading>> = samples.iter().map(|sample| own(sample, first)).collect();
+    let others: Vec<Option<Reading>> = parallel::map(samples.len(), |i| own(&samples[i], first));
     // Those that contradict the rest say nothing about it.
     let rest: Vec<&Sample<'_>> = samples
         .iter()

@@ -28,28 +28,23 @@ const COMMON_RATIO: f64 = 0.25;
 /// Findings in pressures and displacement. Directions are left to the force, which tells muscles from displacement.
 pub(super) fn findings<F: ForceModel<f64>>(
     weights: &Weights<'_, F>,
-    samples: &[Sample<'_>],
-    readings: &[ChosenReading],
+    sample: &Sample<'_>,
+    chosen: &ChosenReading,
 ) -> Vec<Finding> {
     let mut out = Vec::new();
-    for (sample, chosen) in samples.iter().zip(readings) {
-        let one = [sample];
-        let reading = chosen.reading;
-        out.extend(
-            severity(weights, chosen.odds[0]).map(|s| pressure(weights, sample, reading, s)),
-        );
-        out.extend(
-            severity(weights, chosen.odds[1]).map(|s| displacement(weights, sample, reading, s)),
-        );
-        let silent = silent(weights, sample, reading);
-        if silent.is_empty() {
-            out.extend(same_sign(weights, sample, reading));
-            out.extend(impossible(weights, sample, reading));
-        }
-        out.extend(silent);
-        let (ratios, wrong) = weights.log_ratios(&one, reading);
-        out.extend((wrong == 0).then(|| geometry(weights, sample, &ratios)).flatten());
+    let (one, reading) = ([sample], chosen.reading);
+    out.extend(severity(weights, chosen.odds[0]).map(|s| pressure(weights, sample, reading, s)));
+    out.extend(
+        severity(weights, chosen.odds[1]).map(|s| displacement(weights, sample, reading, s)),
+    );
+    let silent = silent(weights, sample, reading);
+    if silent.is_empty() {
+        out.extend(same_sign(weights, sample, reading));
+        out.extend(impossible(weights, sample, reading));
     }
+    out.extend(silent);
+    let (ratios, wrong) = weights.log_ratios(&one, reading);
+    out.extend((wrong == 0).then(|| geometry(weights, sample, &ratios)).flatten());
     out
 }
 

@@ -56,7 +56,7 @@ use weigh::Weights;
 ///
 /// Cost: some milliseconds per 70 s at 1 kHz.
 #[must_use]
-pub fn check<'s, F: ForceModel<f64>>(
+pub fn check<'s, F: ForceModel<f64> + Sync>(
     model: &JointModel<f64, F>,
     subjects: impl IntoIterator<Item = &'s Subject>,
 ) -> Vec<Finding> {
@@ -65,7 +65,7 @@ pub fn check<'s, F: ForceModel<f64>>(
 
 /// [`check`] with given thresholds.
 #[must_use]
-pub fn check_with<'s, F: ForceModel<f64>>(
+pub fn check_with<'s, F: ForceModel<f64> + Sync>(
     model: &JointModel<f64, F>,
     subjects: impl IntoIterator<Item = &'s Subject>,
     settings: &PlausibilitySettings,
@@ -77,15 +77,23 @@ pub fn check_with<'s, F: ForceModel<f64>>(
         parallel::map(subjects.len(), |i| Sample::new(subjects[i], &units, settings));
     let weights = Weights { model, units: &units, settings };
     let readings = choice::readings(&weights, &samples);
-    let mut findings = columns::findings(&weights, &samples, &readings);
-    let mut forces_off = Vec::new();
-    for (sample, reading) in samples.iter().zip(&readings) {
-        findings.extend(motion::findings(sample, reading.reading, settings));
+    let each = parallel::map(samples.len(), |i| {
+        let (sample, reading) = (&samples[i], &readings[i]);
+        let of_columns = columns::findings(&weights, sample, reading);
+        let of_motion = motion::findings(sample, reading.reading, settings);
         let of_force = force::findings(&weights, sample, reading);
-        findings.extend(of_force.directions);
+        (of_columns, of_motion, of_force, columns::masses(&weights, sample, reading.reading))
+    });
+    let (mut findings, mut others) = (Vec::new(), Vec::new());
+    let mut forces_off = Vec::new();
+    for (of_columns, of_motion, of_force, masses) in each {
+        findings.extend(of_columns);
+        others.extend(of_motion);
+        others.extend(of_force.directions);
         forces_off.extend(of_force.off);
-        findings.extend(columns::masses(&weights, sample, reading.reading));
+        others.extend(masses);
     }
+    findings.extend(others);
     findings.extend(force::units(forces_off));
     merged(findings)
 }

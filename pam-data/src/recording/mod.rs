@@ -184,7 +184,20 @@ impl Recording {
     /// The samples `range` as a recording of its own.
     #[must_use]
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
-        let cut = |v: &[f64]| v[range.clone()].to_vec();
+        self.with_samples(|v| v[range.clone()].to_vec())
+    }
+
+    /// Every `stride`-th sample, from the first one on.
+    ///
+    /// # Panics
+    /// If the stride is 0.
+    #[must_use]
+    pub fn every(&self, stride: usize) -> Self {
+        self.with_samples(|v| v.iter().step_by(stride).copied().collect())
+    }
+
+    /// The same recording with some of the samples of every channel.
+    fn with_samples(&self, cut: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         Self {
             time_s: cut(&self.time_s),
             displacement_mm: cut(&self.displacement_mm),
@@ -194,7 +207,7 @@ impl Recording {
             force_mn: cut(&self.force_mn),
             low_passed: LowPassed {
                 cutoff_hz: self.low_passed.cutoff_hz,
-                force_mn: self.low_passed.force_mn.as_deref().map(cut),
+                force_mn: self.low_passed.force_mn.as_deref().map(&cut),
                 resolution: self.low_passed.resolution,
             },
             ..self.without_samples()

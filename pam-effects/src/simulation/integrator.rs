@@ -271,22 +271,17 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let mut force = if is_delayed {
             let at = |recorded: &FineForce| recorded.at(S::constant(time_s) - delay_s, lead);
             let whole = at(&self.record.force);
-            match &self.noise {
-                Some((doubtful, _, share)) => whole - *share * at(doubtful),
-                None => whole,
-            }
+            self.noise.as_ref().map_or(whole, |(doubtful, _, share)| whole - *share * at(doubtful))
         } else {
+            // The recorded forces are plain numbers; only the share of the noise has derivatives.
             let at = |recorded: &FineForce, led_mn: Option<&[f64]>| {
                 led_mn.map_or_else(|| recorded.at(time_s, lead), |led_mn| led_mn[half])
             };
             let whole = at(&self.record.force, self.led_mn);
-            match &self.noise {
-                Some((doubtful, led_mn, share)) => {
-                    let doubtful = at(doubtful, *led_mn);
-                    S::with_slopes(whole - share.real() * doubtful, [share], [-doubtful])
-                }
-                None => S::constant(whole),
-            }
+            self.noise.as_ref().map_or(S::constant(whole), |(doubtful, led_mn, share)| {
+                let doubtful = at(doubtful, *led_mn);
+                S::with_slopes(whole - share.real() * doubtful, [share], [-doubtful])
+            })
         };
         for part in self.parts.iter().filter(|part| part.hooks.drive) {
             let memory = &mut self.memory[part.memory.clone()];
