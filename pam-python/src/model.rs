@@ -338,7 +338,7 @@ impl Model {
         masses: &str,
         surfaces: Option<PathBuf>,
     ) -> PyResult<Vec<(Bound<'py, PyArray2<f64>>, [f64; 2], [usize; 3])>> {
-        let solver = steps.settings_for(method, &self.saved)?;
+        let solver = steps.for_predictions(method, &self.saved)?;
         let options = mass_options(masses, surfaces)?;
         let mut subjects = self.subjects(&recordings, &options)?;
         if let Some([flexor, extensor]) = masses_g {
@@ -377,7 +377,7 @@ impl Model {
         surfaces: Option<PathBuf>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Evaluation> {
-        let solver = steps.settings_for(method, &self.saved)?;
+        let solver = steps.for_predictions(method, &self.saved)?;
         let subjects = self.subjects(&recordings, &mass_options(masses, surfaces)?)?;
         let (total, done) = (subjects.len() as f64, AtomicUsize::new(0));
         let evaluation = watched(py, |stop| {

@@ -90,6 +90,22 @@ impl StepOptions {
         Ok(found)
     }
 
+    /// As [`settings_for`](Self::settings_for), for predictions: `auto` takes a surrogate of a smooth network as well, where it holds its
+    /// error bound.
+    pub(crate) fn for_predictions(
+        &self,
+        method: &str,
+        saved: &SavedModel,
+    ) -> PyResult<SolverSettings> {
+        let settings = self.settings_for(method, saved)?;
+        let automatic = method == AUTO && !self.are_given() && saved.info.effects.is_empty();
+        Ok(if automatic && settings.surrogate_applies_to(&saved.model.force) {
+            settings.surrogate_first()
+        } else {
+            settings
+        })
+    }
+
     /// Steps on a piecewise polynomial of a smooth force.
     fn surrogate(&self, saved: &SavedModel) -> PyResult<SolverSettings> {
         if self.are_given() {

@@ -63,6 +63,34 @@ fn an_evaluation_of_many_recordings_is_the_same_at_any_thread_count() {
 }
 
 #[test]
+fn an_evaluation_writes_the_predictions_that_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("run.csv");
+    std::fs::write(&data, small_csv(300)).unwrap();
+    let (weights, out) = (published_weights(), folder.path().join("out"));
+    for (which, lines) in [("none", None), ("all", Some(300)), ("thinned", Some(300))] {
+        let arguments = [
+            "evaluate",
+            "--accept",
+            "--model",
+            text(&weights),
+            "--data",
+            text(&data),
+            "--out",
+            text(&out),
+            "--predictions",
+            which,
+        ];
+        let _ = stdout_of(PAM, &arguments);
+        let csv = std::fs::read_to_string(out.join("predictions/run.csv")).ok();
+        // A line of names stands before the samples.
+        let samples = csv.map(|c| c.lines().filter(|l| !l.starts_with('#')).count() - 1);
+        assert_eq!(samples, lines, "{which}");
+        std::fs::remove_dir_all(&out).unwrap();
+    }
+}
+
+#[test]
 fn inspect_says_what_is_in_any_file() {
     let (weights, run) = (published_weights(), published("data.mat"));
     let (log, surfaces) = (published("nn_3060_excerpt.txt"), published("poly44_all_fits.mat"));

@@ -53,7 +53,7 @@ pub struct EvaluateArguments {
 /// Which samples of predictions are written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum WrittenPredictions {
-    /// Every n-th sample, so that no file has more than 10 000
+    /// Every sample of up to two million in all recordings together, every n-th one of more
     #[default]
     Thinned,
     /// Every sample
@@ -62,11 +62,11 @@ pub enum WrittenPredictions {
     None,
 }
 
-/// Most samples of a thinned prediction.
-const MOST_SAMPLES: usize = 10_000;
+/// Most samples of thinned predictions, all together: some 200 MB.
+const MOST_SAMPLES: usize = 2_000_000;
 
 impl WrittenPredictions {
-    /// The distance of two written samples of so many; `None` if none are written.
+    /// The distance of two written samples of so many in all recordings; `None` if none are written.
     fn stride(self, samples: usize) -> Option<usize> {
         match self {
             Self::Thinned => Some(samples.div_ceil(MOST_SAMPLES).max(1)),
@@ -130,10 +130,12 @@ pub fn evaluate_into(
     let evaluation = evaluate_joint(&extended, &saved.model, subjects, settings, &|| bar.inc(1));
     bar.finish_and_clear();
 
+    let samples = evaluation.recordings.iter().map(|r| r.prediction.len()).sum();
+    let stride = predictions.stride(samples);
     let bar = console.progress(evaluation.recordings.len(), "writing");
     let written = parallel::map(evaluation.recordings.len(), |k| {
         let r = &evaluation.recordings[k];
-        let Some(stride) = predictions.stride(r.prediction.len()) else { return Ok(()) };
+        let Some(stride) = stride else { return Ok(()) };
         let predicted = r.prediction.to_recording(&r.recording, r.masses).every(stride);
         let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
         let written =

@@ -166,8 +166,12 @@ pub fn solver_json(settings: &SolverSettings) -> Value {
     if let Some(method) = own {
         return json!({ "method": method, "input": settings.interpolation.name() });
     }
+    let method = match settings.step {
+        StepChoice::SurrogateElse { .. } => AUTO,
+        _ => settings.tableau.name,
+    };
     json!({
-        "method": settings.tableau.name,
+        "method": method,
         "step": settings.step,
         "input": settings.interpolation.name(),
     })

@@ -407,8 +407,9 @@ class Model:
         Args:
             recordings: One recording, or several, which are predicted in parallel.
             masses_g: Sealed air of flexor and extensor (g); found from the recording if absent.
-            method: ``auto``, ``exact`` (closed form of networks of leaky_relu and relu), ``surrogate`` (steps on a piecewise
-                polynomial of a smooth network), or a Runge–Kutta method of ``names()["solver"]``.
+            method: ``exact`` (closed form of networks of leaky_relu and relu), ``surrogate`` (steps on a piecewise polynomial of a
+                smooth network), a Runge–Kutta method of ``names()["solver"]``, or ``auto``: without steps and tolerances the
+                first of these that applies, with Tsit5 for the last.
             step_ms: Constant steps (ms) in place of error control.
             rtol: Relative tolerance of the error control (1e-6).
             atol: Absolute tolerance, in mm, mm/s and kPa (1e-6).

@@ -86,6 +86,24 @@ fn surrogate_prediction_is_that_of_short_steps() {
     assert!(far(&found.pf, &expected.pf) < 1e-4 && far(&found.pe, &expected.pe) < 1e-4);
 }
 
+/// A force that no surrogate follows is integrated by the steps of the settings, a smooth one is not.
+#[test]
+fn steps_take_over_where_a_surrogate_does_not_hold() {
+    let general =
+        SolverSettings { interpolation: Interpolation::Linear, ..SolverSettings::default() };
+    let first = general.surrogate_first();
+    for (name, follows) in [("silu", true), ("leaky_relu", false)] {
+        let (model, subjects) = joint_with(Activation::from_name(name).unwrap());
+        let s = &subjects[0];
+        let found = predict(&model, &s.recording, s.masses, &first).unwrap();
+        let steps = predict(&model, &s.recording, s.masses, &general).unwrap();
+        assert_eq!(found.statistics.evaluations == 0, follows, "{name}");
+        let far = found.channels.x.iter().zip(&steps.channels.x).map(|(a, b)| (a - b).abs());
+        assert!(far.fold(0.0, f64::max) < if follows { 1e-4 } else { f64::MIN_POSITIVE });
+        assert_eq!(first.surrogate_applies_to(&model.force), follows);
+    }
+}
+
 /// A force with kinks cannot be followed within the tolerance, and that is said.
 #[test]
 fn kinks_are_refused() {
