@@ -19,6 +19,7 @@ use pam_report::page::number;
 use pam_report::{EvaluationContext, evaluation_report};
 use pam_train::{Evaluation, RecordingEvaluation, evaluate_joint};
 use pam_trajectory::{SolverSettings, StepChoice};
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -51,7 +52,8 @@ pub struct EvaluateArguments {
 }
 
 /// Which samples of predictions are written.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
 pub enum WrittenPredictions {
     /// Every sample of up to two million in all recordings together, every n-th one of more
     #[default]
@@ -95,10 +97,10 @@ impl RunCommand for EvaluateArguments {
             "data": self.data,
             "reading": self.reading.to_json(global)?,
             "solver": solver_json(&settings),
-            "predictions": format!("{:?}", self.predictions).to_lowercase(),
+            "predictions": self.predictions,
         });
-        let how = (&settings, self.predictions);
-        let outcome = evaluate_into(&self.out, &saved, subjects, how, console)?;
+        let predictions = self.predictions;
+        let outcome = evaluate_into(&self.out, &saved, subjects, &settings, predictions, console)?;
         run_record::write(&self.out, "evaluate", global.seed, &configuration)?;
         Ok(outcome.finish(&self.out, console))
     }
@@ -121,7 +123,8 @@ pub fn evaluate_into(
     folder: impl AsRef<Path>,
     saved: &SavedModel,
     subjects: Vec<Subject>,
-    (settings, predictions): (&SolverSettings, WrittenPredictions),
+    settings: &SolverSettings,
+    predictions: WrittenPredictions,
     console: &Console,
 ) -> Result<Outcome, CliError> {
     let folder = folder.as_ref();
