@@ -39,21 +39,6 @@ pub fn power_of_pieces(series: &[f64], piece: usize) -> Vec<Vec<f64>> {
     series.windows(piece).step_by(piece / 2).map(power).collect()
 }
 
-/// The smallest even length from `least` on without a prime factor above 5: its transform is fast.
-fn fast_length(least: usize) -> usize {
-    let without = |mut n: usize, factor: usize| {
-        while n.is_multiple_of(factor) {
-            n /= factor;
-        }
-        n
-    };
-    let mut n = least.max(2).next_multiple_of(2);
-    while [2, 3, 5].into_iter().fold(n, without) > 1 {
-        n += 2;
-    }
-    n
-}
-
 /// The part of a series that harmonics of a band of frequencies do not explain, up to both ends: the residual of ridge regression.
 ///
 /// `band` weighs each frequency (cycles per sample), 0 outside and 1 inside. The regressors are the harmonics of a period that is
@@ -69,7 +54,7 @@ pub fn outside_band(
     band: impl Fn(f64) -> f64,
 ) -> Vec<f64> {
     let len = series.len();
-    let n = fast_length(len + beyond);
+    let n = (len + beyond).next_power_of_two();
     let mut planner = RealFftPlanner::new();
     let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
     // Neither direction is normalised.

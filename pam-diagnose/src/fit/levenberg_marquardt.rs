@@ -171,8 +171,8 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     }
 
     /// One iteration: a step with the first damping that lowers the cost, then further steps with the same Jacobian while it
-    /// predicts the drop of the cost (Shamanskii's method). The last drop is zero if no step lowers the cost, and less than that of a
-    /// converged fit if the linear model predicts no larger one.
+    /// predicts the drop of the cost (Shamanskii's method). The last drop is zero if no step lowers the cost, or if the linear
+    /// model predicts too small a drop.
     fn improve(&self, fit: &mut Fit, (jacobian, residuals): (Jacobian, WhitenedResiduals)) {
         let settings = &self.settings.fit;
         let shared = self.system.shared();
@@ -194,7 +194,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             fit.damping *= settings.damping_after_failure;
         }
         let [low, high] = settings.jacobian_reuse_share;
-        for _ in 0..settings.jacobian_reuses {
+        for _ in 0..self.jacobian_reuses {
             let Some((residuals, share)) = moved.take() else { break };
             if fit.has_converged() || !(low..high).contains(&share) {
                 break;
@@ -203,11 +203,12 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             let Some(step) = equations.step(fit.damping, shared) else { break };
             let expected = equations.expected_drop(&step);
             if expected < fit.converged_drop {
-                fit.last_drop = expected;
                 break;
             }
             let next = self.moves(fit, &step, low * expected);
             moved = next.map(|residuals| (residuals, fit.last_drop / expected));
+            // Convergence is only declared with a Jacobian at the present values.
+            fit.last_drop = fit.last_drop.max(fit.converged_drop);
         }
     }
 

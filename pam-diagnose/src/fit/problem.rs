@@ -39,6 +39,8 @@ pub struct Problem<'a, C: ?Sized> {
     /// Whitened rows that count as one independent observation: more than one where the residual of a model that is not
     /// right is correlated.
     pub rows_per_observation: f64,
+    /// Most further steps of an iteration with the same Jacobian.
+    pub(crate) jacobian_reuses: usize,
     /// What the nuisances of experiments that were not fitted would take, experiment by experiment.
     pub(crate) unseen: Option<Arc<Vec<Arc<UnseenNuisances>>>>,
 }
@@ -83,6 +85,7 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
             windows,
             noise,
             rows_per_observation: 1.0,
+            jacobian_reuses: 0,
             unseen: None,
         }
     }

@@ -318,6 +318,7 @@ impl<'a> Signatures<'a> {
             windows: self.windows.clone(),
             noise: self.noise.clone(),
             rows_per_observation: self.acceptance.rows_per_observation,
+            jacobian_reuses: 0,
             unseen: None,
         }
     }

@@ -145,6 +145,7 @@ impl Ground<'_> {
         let mut rows = Rows::of(self.roles, system, &self.noise, self.prior.clone(), self.settings);
         let beside = Hypothesis { locals: rows.whole.base().locals, ..beside.clone() };
         rows.set_noise(&self.noise, &beside)?;
+        rows.set_jacobian_reuses(self.settings.remainder.jacobian_reuses);
         Some(rows)
     }
 

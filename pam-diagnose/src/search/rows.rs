@@ -82,6 +82,14 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
         }
     }
 
+    /// Lets an iteration of a fit take so many further steps with the same Jacobian.
+    pub(crate) fn set_jacobian_reuses(&mut self, steps: usize) {
+        let Split { train, validation, .. } = &mut self.choosing;
+        for problem in [&mut self.whole, train, validation] {
+            problem.jacobian_reuses = steps;
+        }
+    }
+
     /// A set of starting values fitted to the training rows and scored; `None` if it cannot be simulated, or if a fitted
     /// value is not what the candidate's name says.
     #[must_use]

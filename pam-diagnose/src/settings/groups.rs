@@ -170,8 +170,6 @@ settings! {
         damping_after_failure: f64 = 12.0, "–", FACTOR, USUAL;
         /// Least damping.
         least_damping: f64 = 1e-9, "–", COST, USUAL;
-        /// Most further steps of an iteration with the same Jacobian.
-        jacobian_reuses: usize = 3, "steps", [0.0, 20.0], TIME;
         /// Least and greatest ratio of the drop of the cost to the predicted drop at which a further step reuses the Jacobian.
         jacobian_reuse_share: [f64; 2] = [0.25, 2.0], "–", POSITIVE, TIME;
         /// Dampings that are tried per iteration.
@@ -240,9 +238,9 @@ settings! {
         /// Rounds of additions and exchanges.
         rounds: usize = 4, "rounds", COUNT, TIME;
         /// Iterations after which starts are given up that cannot come near the best one any more.
-        first_iterations: usize = 1, "iterations", COUNT, TIME;
+        first_iterations: usize = 2, "iterations", COUNT, TIME;
         /// Iterations after which only the most promising starts are followed.
-        tried_iterations: usize = 3, "iterations", COUNT, TIME;
+        tried_iterations: usize = 4, "iterations", COUNT, TIME;
         /// Starts that are followed.
         followed: usize = 3, "starts", COUNT, TIME;
         /// Drop of the cost below which a fit of the search has converged: sets are compared by larger differences.
@@ -480,6 +478,8 @@ settings! {
         /// Standard deviations of the prior of the coefficients of a smooth correction, relative to the size of what acts where
         /// it acts; the validation data choose.
         deviations: [f64; 4] = [0.03, 0.1, 0.3, 0.01], "–", POSITIVE, STUDIES;
+        /// Most further steps with the same Jacobian in an iteration of a fit of corrections and laws, which are nearly linear.
+        jacobian_reuses: usize = 3, "steps", [0.0, 20.0], TIME;
         /// Iterations of the fit of a correction.
         iterations: usize = 4, "iterations", COUNT, TIME;
         /// Share of the squared error of the validation data that a correction must remove.
