@@ -98,9 +98,9 @@ impl StepOptions {
         saved: &SavedModel,
     ) -> PyResult<SolverSettings> {
         let settings = self.settings_for(method, saved)?;
-        let automatic = method == AUTO && !self.are_given() && saved.info.effects.is_empty();
-        Ok(if automatic && settings.surrogate_applies_to(&saved.model.force) {
-            settings.surrogate_first()
+        let automatic = method == AUTO && !self.are_given();
+        Ok(if automatic && saved.info.effects.is_empty() {
+            settings.for_prediction_of(&saved.model.force)
         } else {
             settings
         })

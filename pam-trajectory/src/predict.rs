@@ -117,6 +117,13 @@ impl SolverSettings {
         Self { step, ..self.clone() }
     }
 
+    /// The settings that `auto` predicts with: [`surrogate_first`](Self::surrogate_first) where surrogates
+    /// [apply](Self::surrogate_applies_to), else these.
+    #[must_use]
+    pub fn for_prediction_of(self, force: &impl ForceModel<f64>) -> Self {
+        if self.surrogate_applies_to(force) { self.surrogate_first() } else { self }
+    }
+
     /// Whether surrogates apply to a force that is read as in these settings: a network that is not piecewise affine. How closely
     /// they follow it, the solver finds out.
     #[must_use]

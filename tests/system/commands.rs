@@ -25,6 +25,12 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     out
 }
 
+/// What `pam evaluate` prints for a model, data and a folder for the results.
+fn evaluated([model, data, out]: [&std::path::Path; 3], more: &[&str]) -> String {
+    let paths = ["--model", text(model), "--data", text(data), "--out", text(out)];
+    stdout_of(PAM, &[&["evaluate", "--accept"], &paths[..], more].concat())
+}
+
 #[test]
 fn an_evaluation_of_many_recordings_is_the_same_at_any_thread_count() {
     let folder = tempfile::tempdir().unwrap();
@@ -36,20 +42,8 @@ fn an_evaluation_of_many_recordings_is_the_same_at_any_thread_count() {
     let weights = published_weights();
     let out = folder.path().join("out");
     let evaluate = |threads: &str| {
-        let arguments = [
-            "evaluate",
-            "--accept",
-            "--model",
-            text(&weights),
-            "--data",
-            text(&data),
-            "--out",
-            text(&out),
-            "--json",
-            "--threads",
-            threads,
-        ];
-        (stdout_of(PAM, &arguments), contents(&out))
+        let printed = evaluated([&weights, &data, &out], &["--json", "--threads", threads]);
+        (printed, contents(&out))
     };
     let (one, two) = (evaluate("1"), evaluate("2"));
     assert_eq!(one, two);
@@ -69,19 +63,7 @@ fn an_evaluation_writes_the_predictions_that_are_asked_for() {
     std::fs::write(&data, small_csv(300)).unwrap();
     let (weights, out) = (published_weights(), folder.path().join("out"));
     for (which, lines) in [("none", None), ("all", Some(300)), ("thinned", Some(300))] {
-        let arguments = [
-            "evaluate",
-            "--accept",
-            "--model",
-            text(&weights),
-            "--data",
-            text(&data),
-            "--out",
-            text(&out),
-            "--predictions",
-            which,
-        ];
-        let _ = stdout_of(PAM, &arguments);
+        let _ = evaluated([&weights, &data, &out], &["--predictions", which]);
         let csv = std::fs::read_to_string(out.join("predictions/run.csv")).ok();
         // A line of names stands before the samples.
         let samples = csv.map(|c| c.lines().filter(|l| !l.starts_with('#')).count() - 1);

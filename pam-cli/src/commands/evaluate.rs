@@ -134,20 +134,20 @@ pub fn evaluate_into(
     bar.finish_and_clear();
 
     let samples = evaluation.recordings.iter().map(|r| r.prediction.len()).sum();
-    let stride = predictions.stride(samples);
-    let bar = console.progress(evaluation.recordings.len(), "writing");
-    let written = parallel::map(evaluation.recordings.len(), |k| {
-        let r = &evaluation.recordings[k];
-        let Some(stride) = stride else { return Ok(()) };
-        let predicted = r.prediction.to_recording(&r.recording, r.masses).every(stride);
-        let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
-        let written =
-            write_atomic(&path, csv_columns::to_csv(&predicted, Some(r.masses)).as_bytes());
-        bar.inc(1);
-        written
-    });
-    written.into_iter().collect::<Result<(), _>>()?;
-    bar.finish_and_clear();
+    if let Some(stride) = predictions.stride(samples) {
+        let bar = console.progress(evaluation.recordings.len(), "writing");
+        let written = parallel::map(evaluation.recordings.len(), |k| {
+            let r = &evaluation.recordings[k];
+            let predicted = r.prediction.to_recording(&r.recording, r.masses).every(stride);
+            let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
+            let written =
+                write_atomic(&path, csv_columns::to_csv(&predicted, Some(r.masses)).as_bytes());
+            bar.inc(1);
+            written
+        });
+        written.into_iter().collect::<Result<(), _>>()?;
+        bar.finish_and_clear();
+    }
     let of_steps = |r: &&RecordingEvaluation| r.prediction.statistics.evaluations > 0;
     let integrated = evaluation.recordings.iter().filter(of_steps).count();
     if matches!(settings.step, StepChoice::SurrogateElse { .. }) && integrated > 0 {

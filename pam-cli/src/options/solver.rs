@@ -59,9 +59,8 @@ impl SolverOptions {
     pub fn settings_for(&self, saved: &SavedModel) -> Result<SolverSettings, CliError> {
         let settings = self.steps.settings_for(&self.method, saved)?;
         let automatic = self.method == AUTO && !self.steps.are_given();
-        let plain = saved.info.effects.is_empty();
-        Ok(if automatic && plain && settings.surrogate_applies_to(&saved.model.force) {
-            settings.surrogate_first()
+        Ok(if automatic && saved.info.effects.is_empty() {
+            settings.for_prediction_of(&saved.model.force)
         } else {
             settings
         })

@@ -24,7 +24,7 @@ const ALIKE: f64 = 0.15;
 pub(super) struct ForceFindings {
     /// Wrong signs and swapped columns.
     pub(super) directions: Vec<Finding>,
-    /// The finding that the recorded and the modelled force differ by a large factor, and whether the actuator saturates.
+    /// Present if recorded and modelled force differ by a large factor; true if a saturated actuator explains it.
     pub(super) off: Option<(Finding, bool)>,
 }
 
@@ -101,7 +101,7 @@ pub(super) fn findings<F: ForceModel<f64>>(
     ForceFindings { directions: out, off: clear.and_then(|b| unit(weights, sample, b)) }
 }
 
-/// The finding that the recorded and the modelled force differ by a large factor, and whether the actuator saturates.
+/// A finding if recorded and modelled force differ by a large factor; true if a saturated actuator explains it.
 fn unit<F: ForceModel<f64>>(
     weights: &Weights<'_, F>,
     sample: &Sample<'_>,
