@@ -26,9 +26,9 @@ impl ContentHash {
     /// Adds the bits of an array, prefixed with its length.
     pub fn numbers(&mut self, values: &[f64]) {
         self.word(values.len() as u64);
-        // One update per 128 samples: an update per sample is much slower.
-        let mut buffer = [0; 1024];
-        for chunk in values.chunks(buffer.len() / 8) {
+        // The vector instructions of BLAKE3 need many blocks of 1024 bytes at once.
+        let mut buffer = vec![0; (8 * values.len()).min(1 << 16)];
+        for chunk in values.chunks((buffer.len() / 8).max(1)) {
             for (to, v) in buffer.chunks_exact_mut(8).zip(chunk) {
                 to.copy_from_slice(&v.to_bits().to_le_bytes());
             }

@@ -52,6 +52,7 @@ pub enum PhysicalForm {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates {
     template: NetworkJoint,
+    weights_len: usize,
     scaling: Scaling,
     form: PhysicalForm,
     frozen: Frozen,
@@ -68,7 +69,8 @@ impl Coordinates {
         form: PhysicalForm,
         frozen: Frozen,
     ) -> Self {
-        Self { template, scaling, form, frozen, effects: Vec::new() }
+        let weights_len = template.force.parameter_len();
+        Self { template, weights_len, scaling, form, frozen, effects: Vec::new() }
     }
 
     /// The same coordinates followed by those of effects.
@@ -104,7 +106,7 @@ impl Coordinates {
     /// Number of the network's weights and biases, which stand first.
     #[must_use]
     pub fn weights_len(&self) -> usize {
-        self.template.force.parameter_len()
+        self.weights_len
     }
 
     /// The same coordinates with other groups that stay as they are.

@@ -59,13 +59,13 @@ impl Adam {
         let AdamSettings { beta1, beta2, epsilon, weight_decay } = self.settings;
         self.steps += 1;
         let t = i32::try_from(self.steps).unwrap_or(i32::MAX);
-        let (c1, c2) = (1.0 - beta1.powi(t), 1.0 - beta2.powi(t));
+        let (per_c1, per_c2) = ((1.0 - beta1.powi(t)).recip(), (1.0 - beta2.powi(t)).recip());
         for (((x, &g), m), v) in
             at.iter_mut().zip(gradient).zip(&mut self.mean).zip(&mut self.square)
         {
             *m = beta1 * *m + (1.0 - beta1) * g;
             *v = beta2 * *v + (1.0 - beta2) * g * g;
-            *x -= rate * ((*m / c1) / ((*v / c2).sqrt() + epsilon) + weight_decay * *x);
+            *x -= rate * (*m * per_c1 / ((*v * per_c2).sqrt() + epsilon) + weight_decay * *x);
         }
     }
 }

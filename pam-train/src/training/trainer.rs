@@ -16,6 +16,7 @@ use pam_numerics::ContentHash;
 use pam_trajectory::engine::{GradientChoice, NetworkJoint, TrajectoryEngine};
 use pam_trajectory::loss::{SharedLoss, TrajectoryLoss};
 use pam_trajectory::windows::Windows;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 /// Steps of the regression of the acceleration on the inputs of the force: its errors are of second order in the
@@ -40,6 +41,7 @@ pub struct Trainer {
     pub(super) stage: Option<Prepared>,
     /// Keeps its memory from one score to the next.
     pub(super) scoring: Option<Box<dyn TrajectoryEngine>>,
+    fingerprint: OnceLock<String>,
 }
 
 /// A running stage, without what a checkpoint holds.
@@ -193,6 +195,7 @@ impl Trainer {
             loss: None,
             stage: None,
             scoring: None,
+            fingerprint: OnceLock::new(),
         })
     }
 
@@ -237,10 +240,13 @@ impl Trainer {
     /// The [fingerprint](pam_data::fingerprint) of all recordings, including the held-out ones.
     #[must_use]
     pub fn fingerprint(&self) -> String {
-        // Without the air masses, which may follow the model as it is trained.
-        [&self.train[..], self.held_out.subjects()]
-            .map(|subjects| fingerprint(subjects.iter().map(|s| &s.recording)))
-            .join(" ")
+        // Without the air masses, which may follow the model as it is trained: it stays the same.
+        let of_both = || {
+            [&self.train[..], self.held_out.subjects()]
+                .map(|subjects| fingerprint(subjects.iter().map(|s| &s.recording)))
+                .join(" ")
+        };
+        self.fingerprint.get_or_init(of_both).clone()
     }
 
     /// A hash of everything else that decides how training goes on: curriculum, model file to start from, mass

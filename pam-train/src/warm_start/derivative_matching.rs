@@ -1,17 +1,14 @@
 //! Mass and force from accelerations.
 
+use super::squared_residuals::SquaredResiduals;
 use crate::coordinates::Coordinates;
 use crate::optimiser::{Adam, AdamSettings};
-use pam_autodiff::batch::BatchNetwork;
-use pam_core::{ParametricForce, RawParameters, Scalar};
 use pam_data::Subject;
 use pam_data::preprocess::{LowPass, gradient};
 use pam_data::recording::median_step_s;
-use pam_trajectory::engine::NetworkJoint;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Derivative matching: `m ẍ + B ẋ + f_θ(x, ẋ, m_f, m_e) = F` is regressed on smoothed data, with the
@@ -74,9 +71,6 @@ pub struct Point {
     pub force_mn: f64,
 }
 
-/// Points of one task; partial sums are added in the order of the tasks.
-const CHUNK: usize = 256;
-
 impl DerivativeMatching {
     /// Checks the settings.
     ///
@@ -120,6 +114,7 @@ impl DerivativeMatching {
         let mut adam = Adam::new(AdamSettings::default(), at.len());
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let batch = self.batch.clamp(1, points.len().max(1));
+        let mut residuals = SquaredResiduals::over(scale);
         let mut next = points.len();
         let mut recent = 0.0;
         for step in 0..if points.is_empty() { 0 } else { self.steps } {
@@ -130,7 +125,7 @@ impl DerivativeMatching {
             let part = &points[next..next + batch];
             next += batch;
             let model = coordinates.model(&at);
-            let (loss, gradient) = value_and_gradient(coordinates, &model, part, scale);
+            let (loss, gradient) = residuals.value_and_gradient(coordinates, &model, part);
             let done = step as f64 / self.steps as f64;
             let rate = 0.5 * self.rate * (1.0 + (std::f64::consts::PI * done).cos());
             adam.step(&mut at, &gradient, rate);
@@ -168,67 +163,4 @@ impl DerivativeMatching {
             })
             .collect()
     }
-}
-
-/// Mean squared residual over `scale`, and its gradient by the coordinates.
-fn value_and_gradient(
-    coordinates: &Coordinates,
-    model: &NetworkJoint,
-    points: &[Point],
-    scale: f64,
-) -> (f64, Vec<f64>) {
-    let mass = model.physical().mass_kg;
-    let damping = coordinates.auxiliary_damping_kg_s();
-    let network = BatchNetwork::<f32>::new(model.force.mlp(), 0);
-    let bias = network.fold(&[]);
-    let per_point = 1.0 / (points.len() as f64 * scale);
-    let parts: Vec<(f64, f64, Vec<f64>)> = points
-        .par_chunks(CHUNK)
-        .map(|part| {
-            let n = part.len();
-            let (stride, out_stride) = (network.input_stride(), network.output_stride());
-            let mut input = vec![0.0_f32; n * stride];
-            for (row, p) in input.chunks_exact_mut(stride).zip(part) {
-                for (to, from) in row.iter_mut().zip(p.input) {
-                    *to = from as f32;
-                }
-            }
-            let mut block = network.block(n);
-            let mut out = vec![0.0_f32; n * out_stride];
-            network.forward_into(n, &bias, &input, &mut out, &[], &mut block);
-            let (mut loss, mut by_mass) = (0.0, 0.0);
-            let mut cotangent = vec![0.0_f32; n];
-            for ((p, force), c) in part.iter().zip(out.chunks_exact(out_stride)).zip(&mut cotangent)
-            {
-                let inertia = mass * p.acceleration + damping * p.input[3];
-                let residual = p.force_mn - inertia - f64::from(force[0]);
-                loss += residual * residual;
-                by_mass -= 2.0 * residual * p.acceleration;
-                *c = (-2.0 * residual) as f32;
-            }
-            let mut input_cotangent = vec![0.0_f32; n * network.inputs()];
-            network.pull_back(n, &cotangent, &mut input_cotangent, &[], &mut block);
-            let ones = vec![1.0_f32; n];
-            let mut sums = network.sums(n);
-            network.accumulate(n, &ones, &input, &cotangent, &[], &mut sums, &mut block);
-            let mut by = vec![0.0; network.parameter_len()];
-            network.drain_into(&mut sums, &[], &mut by, &mut []);
-            (loss, by_mass, by)
-        })
-        .collect();
-    let mut total = vec![0.0; model.force.parameter_len()];
-    let (mut loss, mut by_mass) = (0.0, 0.0);
-    for (part_loss, part_mass, part) in &parts {
-        loss += part_loss;
-        by_mass += part_mass;
-        for (t, p) in total.iter_mut().zip(part) {
-            *t += p * per_point;
-        }
-    }
-    let raw = RawParameters {
-        mass: by_mass * per_point * model.raw.mass.sigmoid(),
-        gas_coefficient: 0.0,
-        deformation: 0.0,
-    };
-    (loss * per_point, coordinates.gradient_of(model, &total, &raw))
 }

@@ -10,6 +10,7 @@ pub mod gas;
 mod initial;
 mod mass_correction;
 pub mod own_acceleration;
+mod squared_residuals;
 
 pub use derivative_matching::{DerivativeMatching, Matched};
 pub use gas::{FittedDeformation, fit_deformation};

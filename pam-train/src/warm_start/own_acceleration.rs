@@ -13,9 +13,8 @@
 //! where a joint fit of m and f leaves to f whatever part of the inertia it got hold of first.
 
 use super::derivative_matching::{DerivativeMatching, Point};
+use super::squared_residuals::forces_mn;
 use crate::coordinates::{Coordinates, Frozen};
-use pam_core::{ForceInput, ForceModel};
-use pam_trajectory::engine::NetworkJoint;
 
 /// e (mm/s²) and r (mN) of one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,22 +54,12 @@ pub fn own_accelerations(
 
     let mass = model.physical().mass_kg;
     let damping = coordinates.auxiliary_damping_kg_s();
-    let mut work = vec![0.0; model.force.work_len()];
-    let mut force = |of: &NetworkJoint, p: &Point| {
-        let [mass_flexor_g, mass_extensor_g, displacement_mm, velocity_mm_s] = p.input;
-        let at = ForceInput { displacement_mm, velocity_mm_s, mass_flexor_g, mass_extensor_g };
-        of.force.restoring_force_mn(&at, &mut work)
+    let forces = forces_mn(&expected, points).into_iter().zip(forces_mn(&model, points));
+    let own = |(p, (expected_mn, force_mn)): (&Point, (f64, f64))| Own {
+        acceleration: p.acceleration - expected_mn / unit,
+        residual_mn: p.force_mn - mass * p.acceleration - damping * p.input[3] - force_mn,
     };
-    points
-        .iter()
-        .map(|p| Own {
-            acceleration: p.acceleration - force(&expected, p) / unit,
-            residual_mn: p.force_mn
-                - mass * p.acceleration
-                - damping * p.input[3]
-                - force(&model, p),
-        })
-        .collect()
+    points.iter().zip(forces).map(own).collect()
 }
 
 /// δ, kg.
