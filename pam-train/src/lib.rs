@@ -42,7 +42,9 @@ pub mod warm_start;
 #[cfg(feature = "joint")]
 pub use balance::ForceBalance;
 #[cfg(feature = "joint")]
-pub use evaluation::{Evaluation, RecordingEvaluation, evaluate, evaluate_joint, evaluate_with};
+pub use evaluation::{
+    Evaluation, RecordingEvaluation, evaluate, evaluate_joint, evaluate_keeping, evaluate_with,
+};
 #[cfg(feature = "joint")]
 pub use events::{EVENT_FILE_NAME, EventFile, ScalarEvent};
 #[cfg(feature = "joint")]

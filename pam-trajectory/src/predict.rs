@@ -198,6 +198,20 @@ impl Prediction {
         }
     }
 
+    /// Every `stride`-th sample, from the first one on.
+    ///
+    /// # Panics
+    /// If the stride is 0.
+    #[must_use]
+    pub fn every(&self, stride: usize) -> Self {
+        let of = |channel: &Vec<f64>| channel.iter().step_by(stride).copied().collect();
+        let c = &self.channels;
+        Self {
+            channels: PerChannel { x: of(&c.x), v: of(&c.v), pf: of(&c.pf), pe: of(&c.pe) },
+            statistics: self.statistics,
+        }
+    }
+
     fn truncate(&mut self, len: usize) {
         let c = &mut self.channels;
         for channel in [&mut c.x, &mut c.v, &mut c.pf, &mut c.pe] {

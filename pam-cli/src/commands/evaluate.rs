@@ -10,7 +10,6 @@ use crate::options::{DataOptions, ModelOptions, SolverOptions, describe_model, s
 use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
-use pam_core::parallel;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
 use pam_data::{Channel, SavedModel, Subject};
@@ -23,6 +22,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Mutex;
 
 /// Arguments of `pam evaluate`.
 #[derive(Debug, Args)]
@@ -64,7 +64,7 @@ pub enum WrittenPredictions {
     None,
 }
 
-/// Most samples of thinned predictions, all together: some 200 MB.
+/// Most samples of thinned predictions, and of the series that figures are drawn from, all together: some 200 MB.
 const MOST_SAMPLES: usize = 2_000_000;
 
 impl WrittenPredictions {
@@ -128,25 +128,29 @@ pub fn evaluate_into(
     console: &Console,
 ) -> Result<Outcome, CliError> {
     let folder = folder.as_ref();
-    let bar = console.progress(subjects.len(), "predicting");
     let extended = ExtendedModel::from_saved(saved.clone())?;
-    let evaluation = evaluate_joint(&extended, &saved.model, subjects, settings, &|| bar.inc(1));
-    bar.finish_and_clear();
-
-    let samples = evaluation.recordings.iter().map(|r| r.prediction.len()).sum();
-    if let Some(stride) = predictions.stride(samples) {
-        let bar = console.progress(evaluation.recordings.len(), "writing");
-        let written = parallel::map(evaluation.recordings.len(), |k| {
-            let r = &evaluation.recordings[k];
+    let samples = subjects.iter().map(|s| s.recording.len()).sum();
+    let written_stride = predictions.stride(samples);
+    let kept_stride = samples.div_ceil(MOST_SAMPLES).max(1);
+    let failed_write = Mutex::new(None);
+    // The recordings fill the memory already: a prediction leaves it as soon as it is written.
+    let keep = |r: RecordingEvaluation| {
+        if let Some(stride) = written_stride {
             let predicted = r.prediction.to_recording(&r.recording, r.masses).every(stride);
             let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
-            let written =
-                write_atomic(&path, csv_columns::to_csv(&predicted, Some(r.masses)).as_bytes());
-            bar.inc(1);
-            written
-        });
-        written.into_iter().collect::<Result<(), _>>()?;
-        bar.finish_and_clear();
+            let text = csv_columns::to_csv(&predicted, Some(r.masses));
+            if let Err(e) = write_atomic(&path, text.as_bytes()) {
+                failed_write.lock().expect("no writer panics").get_or_insert(e);
+            }
+        }
+        if kept_stride > 1 { r.every(kept_stride) } else { r }
+    };
+    let bar = console.progress(subjects.len(), "predicting");
+    let evaluation =
+        evaluate_joint(&extended, &saved.model, subjects, settings, &keep, &|| bar.inc(1));
+    bar.finish_and_clear();
+    if let Some(e) = failed_write.into_inner().expect("no writer panics") {
+        return Err(e.into());
     }
     let of_steps = |r: &&RecordingEvaluation| r.prediction.statistics.evaluations > 0;
     let integrated = evaluation.recordings.iter().filter(of_steps).count();

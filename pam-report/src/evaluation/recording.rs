@@ -14,11 +14,14 @@ const LOOP_POINTS: usize = 2500;
 pub(super) fn section(r: &RecordingEvaluation, index: usize) -> Markup {
     let rec = &r.recording;
     html! {
-        p { "From " code { (rec.source.display()) } ": " (rec.len()) " samples over "
+        p { "From " code { (rec.source.display()) } ": " (r.samples) " samples over "
             (number(rec.span_s().1 - rec.span_s().0, 2)) " s; " (rec.preprocessing) ". Masses "
             (number(r.masses.flexor_g, 5)) " g and " (number(r.masses.extensor_g, 5)) " g ("
             (r.origin.label()) ")." }
         @for note in &rec.notes { div.note { (note) } }
+        @if r.samples > rec.len() {
+            p.sub { "The figures show one of " (r.samples.div_ceil(rec.len())) " samples." }
+        }
         (segment_table(&r.segments))
         details open[index < 4] {
             summary { "Time series" }

@@ -50,8 +50,21 @@ pub fn evaluate_with<F: ForceModel<f64> + Sync>(
     settings: &SolverSettings,
     done: &(dyn Fn() + Sync),
 ) -> Evaluation {
+    evaluate_keeping(predictor, joint, subjects, settings, &|r| r, done)
+}
+
+/// [`evaluate_with`] where `keep` gets the result of each recording as soon as it is there, and returns what remains in
+/// memory: all of it, or [every n-th sample](RecordingEvaluation::every).
+pub fn evaluate_keeping<F: ForceModel<f64> + Sync>(
+    predictor: &dyn Predictor,
+    joint: &JointModel<f64, F>,
+    subjects: Vec<Subject>,
+    settings: &SolverSettings,
+    keep: &(dyn Fn(RecordingEvaluation) -> RecordingEvaluation + Sync),
+    done: &(dyn Fn() + Sync),
+) -> Evaluation {
     let results: Vec<_> = parallel::map_each(subjects, |subject| {
-        let result = evaluate_one(predictor, joint, subject, settings);
+        let result = evaluate_one(predictor, joint, subject, settings).map(keep);
         done();
         result
     });
@@ -67,7 +80,7 @@ pub fn evaluate_with<F: ForceModel<f64> + Sync>(
     Evaluation { recordings, failed, mean }
 }
 
-/// [`evaluate_with`] for a joint with a force of any kind. It is compiled here: a generic function is compiled in the crate
+/// [`evaluate_keeping`] for a joint with a force of any kind. It is compiled here: a generic function is compiled in the crate
 /// that calls it, and commands are compiled without optimisation.
 #[inline(never)]
 pub fn evaluate_joint(
@@ -75,9 +88,10 @@ pub fn evaluate_joint(
     joint: &JointModel<f64, AnyForce<f64>>,
     subjects: Vec<Subject>,
     settings: &SolverSettings,
+    keep: &(dyn Fn(RecordingEvaluation) -> RecordingEvaluation + Sync),
     done: &(dyn Fn() + Sync),
 ) -> Evaluation {
-    evaluate_with(predictor, joint, subjects, settings, done)
+    evaluate_keeping(predictor, joint, subjects, settings, keep, done)
 }
 
 fn evaluate_one<F: ForceModel<f64>>(
@@ -98,6 +112,7 @@ fn evaluate_one<F: ForceModel<f64>>(
         .map(|segment| score_segment(&recording, &prediction.channels, segment))
         .collect();
     Ok(RecordingEvaluation {
+        samples: recording.len(),
         scores: Scores::over(&recording, &prediction.channels, 0..recording.len()),
         segments,
         balance: ForceBalance::of(joint, &recording, masses),
@@ -125,6 +140,8 @@ fn score_segment(
         cycles.map(|c| total / MN_PER_N / c)
     };
     SegmentScores {
+        from_s: recording.time_s[range.start],
+        to_s: recording.time_s[range.end - 1],
         scores: Scores::over(recording, predicted, range.clone()),
         loop_work_measured_mj: work(&recording.displacement_mm),
         loop_work_predicted_mj: work(&predicted.x),

@@ -12,6 +12,10 @@ use serde_json::{Value, json};
 pub struct SegmentScores {
     /// The segment.
     pub segment: Segment,
+    /// Time of its first sample, s.
+    pub from_s: f64,
+    /// Time of its last sample, s.
+    pub to_s: f64,
     /// Its scores.
     pub scores: Scores,
     /// Work of the external force a cycle on the measured motion, mJ: what the real joint
@@ -26,6 +30,8 @@ pub struct SegmentScores {
 pub struct RecordingEvaluation {
     /// The recording.
     pub recording: Recording,
+    /// Number of samples that were predicted and scored: those of the recording, or more after [`every`](Self::every).
+    pub samples: usize,
     /// The masses it was predicted with.
     pub masses: SealedMasses,
     /// Where the masses came from.
@@ -93,6 +99,23 @@ impl Evaluation {
 }
 
 impl RecordingEvaluation {
+    /// The same with every `stride`-th sample of the recording, the prediction and the missing force, for figures of many
+    /// recordings. Scores, balance and the times of segments remain those of all samples.
+    ///
+    /// # Panics
+    /// If the stride is 0.
+    #[must_use]
+    pub fn every(mut self, stride: usize) -> Self {
+        self.recording = self.recording.every(stride);
+        self.prediction = self.prediction.every(stride);
+        self.balance.missing_n = self.balance.missing_n.into_iter().step_by(stride).collect();
+        for s in &mut self.segments {
+            let range = &mut s.segment.range;
+            *range = range.start.div_ceil(stride)..range.end.div_ceil(stride);
+        }
+        self
+    }
+
     fn to_json(&self) -> Value {
         let segments: Vec<Value> = self
             .segments
@@ -100,8 +123,8 @@ impl RecordingEvaluation {
             .map(|s| {
                 json!({
                     "frequency_hz": s.segment.frequency_hz,
-                    "from_s": self.recording.time_s[s.segment.range.start],
-                    "to_s": self.recording.time_s[s.segment.range.end - 1],
+                    "from_s": s.from_s,
+                    "to_s": s.to_s,
                     "r2": s.scores.r2,
                     "rmse": s.scores.rmse,
                     "loop_work_measured_mj": s.loop_work_measured_mj,
@@ -114,7 +137,7 @@ impl RecordingEvaluation {
             "mass_flexor_g": self.masses.flexor_g,
             "mass_extensor_g": self.masses.extensor_g,
             "mass_origin": self.origin,
-            "samples": self.recording.len(),
+            "samples": self.samples,
             "r2": self.scores.r2,
             "rmse": self.scores.rmse,
             "segments": segments,
