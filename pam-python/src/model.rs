@@ -381,11 +381,18 @@ impl Model {
         let subjects = self.subjects(&recordings, &mass_options(masses, surfaces)?)?;
         let (total, done) = (subjects.len() as f64, AtomicUsize::new(0));
         let evaluation = watched(py, |stop| {
-            pam_train::evaluate_joint(&self.extended, &self.saved.model, subjects, &solver, &|r| r, &|| {
-                stop.check();
-                let k = done.fetch_add(1, Ordering::Relaxed) + 1;
-                stop.call(progress.as_ref(), ("predicting", k as f64 / total, ""));
-            })
+            pam_train::evaluate_joint(
+                &self.extended,
+                &self.saved.model,
+                subjects,
+                &solver,
+                &|r| r,
+                &|| {
+                    stop.check();
+                    let k = done.fetch_add(1, Ordering::Relaxed) + 1;
+                    stop.call(progress.as_ref(), ("predicting", k as f64 / total, ""));
+                },
+            )
         })?;
         let context = EvaluationContext {
             model: self.saved.info.clone(),

@@ -537,6 +537,18 @@ mod long {
         names_in_case("singles-104", &["load_friction"]);
     }
 
+    /// A slack that begins near the largest displacement of a baseline recording is hardly seen there, and could be of any size: a
+    /// baseline recording says how large it seems at the displacement of the cause.
+    #[test]
+    #[ignore = "long"]
+    fn baseline_recordings_are_asked_for_the_scales_of_the_cause() {
+        let outcome = outcome_of(&design::of_seed(6), "pairs-005");
+        for effect in ["tendon_slack", "cogging"] {
+            assert!(outcome.names(effect), "{effect}: {}", outcome.headline_text());
+        }
+        assert_eq!(outcome.verdict, "explained", "{}", outcome.headline_text());
+    }
+
     /// A model error that is confined to the first half of the excitation looks like a cause that ends there, in the baseline recordings as
     /// well.
     #[test]

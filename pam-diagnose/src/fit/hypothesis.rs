@@ -14,13 +14,15 @@ pub struct Member {
     pub values: Vec<f64>,
     /// When it acts, if not always.
     pub schedule: Option<Arc<Schedule>>,
+    /// Whether its own values other than magnitudes (lengths, times, cutoffs) are kept in a fit.
+    pub scales_held: bool,
 }
 
 impl Member {
     /// A candidate that is always there.
     #[must_use]
     pub fn always(candidate: usize, values: &[f64]) -> Self {
-        Self { candidate, values: values.to_vec(), schedule: None }
+        Self { candidate, values: values.to_vec(), schedule: None, scales_held: false }
     }
 
     /// Number of the times behind its own values.
@@ -49,9 +51,15 @@ impl Member {
     /// Places and descriptions of the values that are fitted: the candidate's parameters, then the times.
     pub(crate) fn fitted<C: Candidates + ?Sized>(&self, system: &C) -> Vec<(usize, ParameterInfo)> {
         let own = system.candidate(self.candidate).parameters.iter().copied().enumerate();
+        let own = own.filter(|(_, p)| !self.scales_held || is_magnitude(p));
         let times = self.schedule.as_ref().filter(|s| s.fitted).map_or(&[][..], |s| &s.times);
         own.chain((self.own().len()..).zip(times.iter().copied())).collect()
     }
+}
+
+/// Whether a parameter says how much there is of an effect; lengths, times and cutoffs do not.
+pub(crate) fn is_magnitude(p: &ParameterInfo) -> bool {
+    p.off.is_some() && !p.logarithmic
 }
 
 /// Candidates with their values, and the nuisance values.

@@ -17,8 +17,8 @@ pub use covariance::Interval;
 pub(crate) use covariance::{HALF_WIDTH, Influences};
 #[cfg(feature = "joint")]
 pub(crate) use hypothesis::FittedParameter;
-pub(crate) use hypothesis::coordinate;
 pub use hypothesis::{Hypothesis, Member};
+pub(crate) use hypothesis::{coordinate, is_magnitude};
 pub use levenberg_marquardt::Fit;
 pub use likelihood::ChannelErrors;
 pub(crate) use pam_numerics::dot;

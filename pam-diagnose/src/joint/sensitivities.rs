@@ -35,8 +35,9 @@ impl Experiment<'_> {
         let t = self.system.trials[self.index];
         let points = self.system.points_per_row();
         let share = t.record.sample_s / t.record.step_s;
-        let lead =
-            all.simulated.iter().map(|c| by_time(c, window.clone(), share, points)).collect();
+        let by_slope =
+            || all.simulated.iter().map(|c| by_time(c, window.clone(), share, points)).collect();
+        let lead = self.lead_of_delay(&all.columns).unwrap_or_else(by_slope);
         all.columns.insert(parameters + JointSystem::LEAD, lead);
         let channels = all.simulated.len();
         for i in 0..self.local[4..].len() {
@@ -54,6 +55,30 @@ impl Experiment<'_> {
     ) -> Result<Sensitivities, DiagnoseError> {
         let all = self.differentiated(window, self.hypothesis.parameters(self.system).len())?;
         Ok(Sensitivities { residuals: self.residuals(&all, window), columns: all.columns })
+    }
+
+    /// The column of the lead from that of a delay of the drive, if one acts all the time: both shift the same force. The data cannot tell
+    /// them apart, and with a column of its own, which is less exact, the lead seems to be known.
+    fn lead_of_delay(&self, columns: &[Vec<Vec<f64>>]) -> Option<Vec<Vec<f64>>> {
+        let slope_of = |p: &FittedParameter| -> Option<f64> {
+            let member = &self.hypothesis.members[p.member];
+            let effect = self.system.effect(member.candidate);
+            if !effect.hooks().delay || member.schedule.is_some() {
+                return None;
+            }
+            let mut seeded: Vec<Chunk<NARROW>> =
+                member.own().iter().copied().map(Chunk::constant).collect();
+            seeded[p.value] = Chunk::variable(member.values[p.value], 0);
+            let delay_s = Chunk::hooks(effect).delay_s(&seeded, 0.0);
+            let by_coordinate = if p.info.logarithmic { member.values[p.value] } else { 1.0 };
+            Some(delay_s.derivatives[0] * by_coordinate).filter(|slope| *slope != 0.0)
+        };
+        let parameters = self.hypothesis.parameters(self.system);
+        let (k, slope_s) =
+            parameters.iter().enumerate().find_map(|(k, p)| Some((k, slope_of(p)?)))?;
+        let by_lead = -self.system.trials[self.index].record.sample_s / slope_s;
+        let scaled = |channel: &Vec<f64>| channel.iter().map(|v| by_lead * v).collect();
+        Some(columns[k].iter().map(scaled).collect())
     }
 
     fn residuals(&self, all: &Differentiated, window: &Range<usize>) -> Vec<Vec<f64>> {

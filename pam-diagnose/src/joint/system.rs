@@ -201,7 +201,7 @@ impl<'a> JointSystem<'a> {
     }
 
     /// The effect of a candidate.
-    fn effect(&self, candidate: usize) -> &dyn AnyEffect {
+    pub(super) fn effect(&self, candidate: usize) -> &dyn AnyEffect {
         match candidate.checked_sub(self.effects.len()) {
             None => self.effects[candidate],
             Some(k) => self.terms[k].0,

@@ -433,6 +433,7 @@ fn from_the_first_sample<C: Candidates + ?Sized>(system: &C, start: &Start) -> M
         // Nothing of it is there at the first sample.
         values: [start.values.as_slice(), &[0.5 * system.ramp_s()]].concat(),
         schedule: Some(Arc::new(schedule)),
+        scales_held: false,
     }
 }
 

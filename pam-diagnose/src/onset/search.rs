@@ -272,6 +272,7 @@ fn hypotheses<C: Candidates + ?Sized>(
             candidate: direction.candidate,
             values: [direction.values.as_slice(), &times].concat(),
             schedule: Some(Arc::new(schedule)),
+            scales_held: false,
         }
     };
     let mut all = vec![from.with_member(member(edge))];
@@ -435,8 +436,7 @@ fn exchanged(best: &Hypothesis, rivals: &[Hypothesis]) -> Vec<Hypothesis> {
             known.push(other.candidate);
             let values = [other.own(), member.times()].concat();
             let mut set = best.clone();
-            set.members[place] =
-                Member { candidate: other.candidate, values, schedule: member.schedule.clone() };
+            set.members[place] = Member { candidate: other.candidate, values, ..member.clone() };
             all.push(set);
         }
     }
@@ -577,7 +577,7 @@ fn other_course<C: Candidates + ?Sized>(
     let with = |value: f64| Member {
         values: [member.own(), &[onset, value]].concat(),
         schedule: Some(Arc::clone(&schedule)),
-        candidate: member.candidate,
+        ..member.clone()
     };
     values.into_iter().map(with).collect()
 }

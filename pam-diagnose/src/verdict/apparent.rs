@@ -1,6 +1,6 @@
 //! Values that a cause would seem to have where it is absent.
 
-use crate::fit::{Interval, Member, Problem};
+use crate::fit::{Interval, Member, Problem, is_magnitude};
 use crate::onset::{Acts, Pattern, Schedule};
 use crate::search::Candidates;
 use pam_core::parallel;
@@ -11,13 +11,20 @@ use std::sync::Arc;
 /// Iterations of the weights of a variance between recordings.
 const ITERATIONS: usize = 20;
 
-/// The values that a candidate would seem to have where it is absent: errors of the model look like it, in each baseline recording by
-/// another value.
+/// The magnitudes that a candidate would seem to have where it is absent: errors of the model look like it, in each baseline recording by
+/// another magnitude.
+///
+/// An error that looks like the cause does so with the scales of the cause and with those that fit best. With scales that are free, a
+/// slack that the motion hardly reaches could be of any size; with scales that are held, a slack takes what another one would explain.
+/// So the smaller of the two counts.
 pub(crate) struct Apparent {
-    /// For each baseline recording the deviations of the parameters from the values at which they are off, with standard errors.
-    each: Vec<Vec<[f64; 2]>>,
-    /// Whether each parameter is a magnitude; scales and times are not.
-    magnitudes: Vec<bool>,
+    /// With free scales and with held ones: for each baseline recording the deviations of the magnitudes from the values at which they
+    /// are off, with standard errors.
+    each: Vec<Vec<Vec<[f64; 2]>>>,
+    /// The place of each magnitude among the parameters.
+    magnitudes: Vec<usize>,
+    /// Number of parameters.
+    parameters: usize,
     /// Recordings that are diagnosed.
     diagnosed: usize,
 }
@@ -32,21 +39,26 @@ impl Apparent {
         infos: &[ParameterInfo],
         diagnosed: usize,
     ) -> Self {
-        let seen = |(i, info): (&Interval, &ParameterInfo)| {
-            [i.value - info.off.unwrap_or(0.0), i.deviation()]
-        };
-        let magnitude = |p: &ParameterInfo| p.off.is_some() && !p.logarithmic;
-        // Scales and times take no part in a half-width: a cause without magnitudes needs no fits.
-        let baseline = baseline.filter(|_| infos.iter().any(magnitude));
-        let each = baseline.map_or_else(Vec::new, |baseline| {
+        let magnitudes: Vec<usize> =
+            (0..infos.len()).filter(|&k| is_magnitude(&infos[k])).collect();
+        let seen =
+            |(i, &k): (&Interval, &usize)| [i.value - infos[k].off.unwrap_or(0.0), i.deviation()];
+        // A cause without magnitudes needs no fits.
+        let baseline = baseline.filter(|_| !magnitudes.is_empty());
+        let has_scales = magnitudes.len() < infos.len();
+        let ways = if has_scales { &[false, true][..] } else { &[false] };
+        let seen_with = |baseline: &Problem<'_, C>, scales_held: bool| {
             let settings = &baseline.settings.intervals;
             let iterations = settings.baseline_iterations;
             let cause = on_baseline(cause, baseline.system.experiment_len());
+            let cause = Member { scales_held, ..cause };
+            let places = |p: &ParameterInfo| !scales_held || is_magnitude(p);
+            // Among the fitted parameters, which come first.
+            let fitted: Vec<usize> = (0..infos.len()).filter(|&k| places(&infos[k])).collect();
             let mut small = cause.own().to_vec();
-            for (value, info) in small.iter_mut().zip(infos) {
-                if let Some(off) = info.off.filter(|_| magnitude(info)) {
-                    *value = off + settings.baseline_small_share * (*value - off);
-                }
+            for &k in &magnitudes {
+                let off = infos[k].off.unwrap_or(0.0);
+                small[k] = off + settings.baseline_small_share * (small[k] - off);
             }
             let starts = [cause.with_own(&small), cause];
             let all = parallel::map(baseline.len(), |i| {
@@ -56,16 +68,20 @@ impl Apparent {
                 });
                 let fit = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
                 let intervals = alone.intervals(&fit).ok()?;
-                Some(intervals.iter().zip(infos).map(seen).collect::<Vec<_>>())
+                let own = intervals.iter().zip(&fitted).filter(|(_, k)| magnitudes.contains(k));
+                Some(own.map(seen).collect::<Vec<_>>())
             });
-            all.into_iter().flatten().collect()
+            all.into_iter().flatten().collect::<Vec<_>>()
+        };
+        let each = baseline.map_or_else(Vec::new, |baseline| {
+            ways.iter().map(|&held| seen_with(baseline, held)).collect()
         });
-        Self { each, magnitudes: infos.iter().map(magnitude).collect(), diagnosed }
+        Self { each, magnitudes, parameters: infos.len(), diagnosed }
     }
 
     /// Half-width of the 95 % interval that the apparent values give a parameter; zero for a parameter that is not a magnitude.
     pub(crate) fn half_width(&self, parameter: usize) -> f64 {
-        let mut weights = vec![0.0; self.magnitudes.len()];
+        let mut weights = vec![0.0; self.parameters];
         weights[parameter] = 1.0;
         self.half_width_of(&weights)
     }
@@ -74,16 +90,20 @@ impl Apparent {
     /// baseline recordings.
     pub(super) fn half_width_of(&self, weights: &[f64]) -> f64 {
         let along = |recording: &Vec<[f64; 2]>| {
-            let terms = recording.iter().zip(weights).zip(&self.magnitudes).filter(|(_, is)| **is);
-            let [value, square] = terms.fold([0.0, 0.0], |[value, square], (([v, s], w), _)| {
-                [value + w * v, square + (w * s).powi(2)]
+            let terms = recording.iter().zip(&self.magnitudes);
+            let [value, square] = terms.fold([0.0, 0.0], |[value, square], ([v, s], &k)| {
+                [value + weights[k] * v, square + (weights[k] * s).powi(2)]
             });
             [value, square.sqrt()]
         };
-        let seen: Vec<[f64; 2]> = self.each.iter().map(along).collect();
-        between_recordings(&seen).map_or(0.0, |(deviation, count)| {
-            t_quantile_95(count) * deviation * (1.0 / self.diagnosed as f64 + 1.0 / count).sqrt()
-        })
+        let half_width = |each: &Vec<Vec<[f64; 2]>>| {
+            let seen: Vec<[f64; 2]> = each.iter().map(along).collect();
+            between_recordings(&seen).map_or(0.0, |(deviation, count)| {
+                let means = (1.0 / self.diagnosed as f64 + 1.0 / count).sqrt();
+                t_quantile_95(count) * deviation * means
+            })
+        };
+        self.each.iter().map(half_width).reduce(f64::min).unwrap_or(0.0)
     }
 }
 

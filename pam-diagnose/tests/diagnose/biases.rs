@@ -60,3 +60,34 @@ fn nothing_is_found_where_nothing_is_hidden() {
         assert!(value.abs() < most, "{id}: {value}, at most {most}");
     }
 }
+
+/// A delay of the drive and a lead of the force within a sample shift the same force: the prior of the lead says how much of a shift is the
+/// delay's, and how uncertain that is, wherever the lead stood before.
+#[test]
+fn the_timing_of_the_force_is_as_uncertain_beside_a_delay_as_its_prior() {
+    let model = weights();
+    let run = exact_run(&model, [45.0, 45.0], 0.25);
+    let sample_ms = 1e3 * (run.recording.time_s[1] - run.recording.time_s[0]);
+    let trials = [Trial::new(&model, &run)];
+    let settings = DiagnosisSettings::default();
+    let effects = [by_id("actuation_delay").expect("an id") as &dyn AnyEffect];
+    let all = OpenPart::whole(1);
+    let of_trials = trials.iter().collect();
+    let system =
+        JointSystem::new(of_trials, &all, Base::of(&model), &[], effects.to_vec(), &settings);
+    let noise = Noise::white(&estimated_noise(&system, &all, &settings.noise));
+    let problem = Problem::new(&system, vec![0], noise, &settings);
+    // Third of the nuisances that all recordings share.
+    const LEAD: usize = 2;
+    for (lead, delay_ms) in [(-settings.fit.lag_limit_samples, 5.0), (0.4, 3.0)] {
+        let mut from = problem.base().with(0, &[delay_ms]);
+        from.shared[LEAD] = lead;
+        let fit = problem.fit(from, 15).expect("in range");
+        let found = fit.hypothesis.shared[LEAD];
+        assert!(found.abs() < 0.03, "from {lead}: {found}");
+        let interval = problem.intervals(&fit).expect("can be simulated")[0];
+        let half = 0.5 * (interval.ci95[1] - interval.ci95[0]);
+        let prior_ms = 1.96 * settings.fit.lead_deviation_samples * sample_ms;
+        assert!(half > 0.98 * prior_ms, "{half} ms, the prior alone gives {prior_ms}");
+    }
+}
