@@ -537,8 +537,8 @@ mod long {
         names_in_case("singles-104", &["load_friction"]);
     }
 
-    /// A slack that begins near the largest displacement of a baseline recording is hardly seen there, and could be of any size: a
-    /// baseline recording says how large it seems at the displacement of the cause.
+    /// A slack that begins near the largest displacement of a baseline recording has next to no influence there and may have any size.
+    /// Its apparent size at the displacement of the cause is small.
     #[test]
     #[ignore = "long"]
     fn baseline_recordings_are_asked_for_the_scales_of_the_cause() {

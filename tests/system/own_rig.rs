@@ -2,7 +2,7 @@
 //! recordings in `data/elbow` are made by a script in another language.
 
 use pam_tests::{run, stdout_of, text};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -244,6 +244,18 @@ mod long {
             "--json",
             "--quiet",
         ]);
+        // A third of the steps is enough for this motion.
+        arguments.extend([
+            "--set",
+            "stage.1.matching.steps=2000",
+            "--set",
+            "stage.1.matching.mass_steps=1500",
+        ]);
+        arguments.extend(["--set", "stage.2.epochs=25"]);
+        // Which of two frictions that are the same at one pressure comes first depends on the trained network, so the test has rates and
+        // batches of its own.
+        arguments.extend(["--set", "rate=1e-4", "--set", "stage.1.matching.rate=6e-3"]);
+        arguments.extend(["--set", "stage.1.matching.batch=2048"]);
         arguments.extend(["--out", text(&trained)]);
         let json: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
         assert_eq!(json["trained_on"].as_array().unwrap().len(), 5);
@@ -265,16 +277,11 @@ mod long {
         arguments.extend(["--data", text(&first), text(&second), "--out", text(&found)]);
         let json: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
         let causes = json["causes"].as_array().unwrap();
-        // Friction that grows with the load is the same at one pressure: where it is named, Coulomb friction is listed beside it.
+        assert_eq!(causes[0]["effect"], "coulomb_friction", "{causes:?}");
         let friction = &causes[0];
-        let named = friction["effect"] == "coulomb_friction";
-        let beside = friction["confusable_with"].as_array().unwrap();
-        assert!(named || beside.contains(&json!("coulomb_friction")), "{causes:?}");
-        if named {
-            let interval = &friction["parameters"]["force_n"]["ci95"];
-            let [low, high] = [0, 1].map(|k| interval[k].as_f64().unwrap());
-            assert!(low <= 6.0 && 6.0 <= high, "6 N of dry friction: [{low}, {high}]");
-        }
+        let interval = &friction["parameters"]["force_n"]["ci95"];
+        let [low, high] = [0, 1].map(|k| interval[k].as_f64().unwrap());
+        assert!(low <= 6.0 && 6.0 <= high, "6 N of dry friction: [{low}, {high}]");
 
         let arguments = [
             "plan",

@@ -64,19 +64,8 @@ pub enum WrittenPredictions {
     None,
 }
 
-/// Most samples of thinned predictions, and of the series that figures are drawn from, all together: some 200 MB.
+/// Largest total number of samples in thinned predictions and in the data behind the figures; about 200 MB of CSV.
 const MOST_SAMPLES: usize = 2_000_000;
-
-impl WrittenPredictions {
-    /// The distance of two written samples of so many in all recordings; `None` if none are written.
-    fn stride(self, samples: usize) -> Option<usize> {
-        match self {
-            Self::Thinned => Some(samples.div_ceil(MOST_SAMPLES).max(1)),
-            Self::All => Some(1),
-            Self::None => None,
-        }
-    }
-}
 
 impl RunCommand for EvaluateArguments {
     fn outputs(&self) -> Vec<Output<'_>> {
@@ -129,21 +118,27 @@ pub fn evaluate_into(
 ) -> Result<Outcome, CliError> {
     let folder = folder.as_ref();
     let extended = ExtendedModel::from_saved(saved.clone())?;
-    let samples = subjects.iter().map(|s| s.recording.len()).sum();
-    let written_stride = predictions.stride(samples);
-    let kept_stride = samples.div_ceil(MOST_SAMPLES).max(1);
+    let samples: usize = subjects.iter().map(|s| s.recording.len()).sum();
+    let stride = samples.div_ceil(MOST_SAMPLES).max(1);
     let failed_write = Mutex::new(None);
-    // The recordings fill the memory already: a prediction leaves it as soon as it is written.
-    let keep = |r: RecordingEvaluation| {
-        if let Some(stride) = written_stride {
-            let predicted = r.prediction.to_recording(&r.recording, r.masses).every(stride);
-            let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
-            let text = csv_columns::to_csv(&predicted, Some(r.masses));
-            if let Err(e) = write_atomic(&path, text.as_bytes()) {
-                failed_write.lock().expect("no writer panics").get_or_insert(e);
-            }
+    let write = |r: &RecordingEvaluation| {
+        let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
+        let predicted = r.prediction.to_recording(&r.recording, r.masses);
+        let text = csv_columns::to_csv(&predicted, Some(r.masses));
+        if let Err(e) = write_atomic(&path, text.as_bytes()) {
+            failed_write.lock().expect("no writer panics").get_or_insert(e);
         }
-        if kept_stride > 1 { r.every(kept_stride) } else { r }
+    };
+    // Predictions are written and thinned one by one, because all of them together need as much memory as the recordings.
+    let keep = |r: RecordingEvaluation| {
+        if predictions == WrittenPredictions::All {
+            write(&r);
+        }
+        let kept = if stride > 1 { r.every(stride) } else { r };
+        if predictions == WrittenPredictions::Thinned {
+            write(&kept);
+        }
+        kept
     };
     let bar = console.progress(subjects.len(), "predicting");
     let evaluation =

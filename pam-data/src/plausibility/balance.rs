@@ -85,8 +85,8 @@ impl Balance {
         (squares(&self.recorded_n) / squares(&self.modelled_n)).sqrt()
     }
 
-    /// Whether the actuator saturates. The modelled force then rises with the recorded one more steeply at small forces than over the whole
-    /// range, by more than the regression's uncertainty. A wrong unit scales the force by the same factor at every amplitude.
+    /// Returns true if the actuator saturates: the slope of the modelled over the recorded force is significantly larger at small forces than
+    /// over the full range. A wrong unit scales the force by the same factor at every amplitude.
     pub(super) fn saturates(&self) -> bool {
         let peak = self.recorded_n.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
         let Some([whole, _]) = self.slope_below(peak) else { return false };

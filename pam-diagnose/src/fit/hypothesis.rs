@@ -14,7 +14,7 @@ pub struct Member {
     pub values: Vec<f64>,
     /// When it acts, if not always.
     pub schedule: Option<Arc<Schedule>>,
-    /// Whether its own values other than magnitudes (lengths, times, cutoffs) are kept in a fit.
+    /// True if a fit changes its magnitudes only and keeps its length scales, time constants and cutoff frequencies.
     pub scales_held: bool,
 }
 
@@ -57,7 +57,8 @@ impl Member {
     }
 }
 
-/// Whether a parameter says how much there is of an effect; lengths, times and cutoffs do not.
+/// True for a parameter that sets the strength of an effect, such as a force or a gain; false for length scales, time constants and
+/// cutoff frequencies.
 pub(crate) fn is_magnitude(p: &ParameterInfo) -> bool {
     p.off.is_some() && !p.logarithmic
 }

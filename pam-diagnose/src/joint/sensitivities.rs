@@ -57,8 +57,9 @@ impl Experiment<'_> {
         Ok(Sensitivities { residuals: self.residuals(&all, window), columns: all.columns })
     }
 
-    /// The column of the lead from that of a delay of the drive, if one acts all the time: both shift the same force. The data cannot tell
-    /// them apart, and with a column of its own, which is less exact, the lead seems to be known.
+    /// The sensitivity to the lead, derived from that to an actuation delay that acts throughout; `None` without one. Both shift the same
+    /// force in time, so the data cannot separate them. Numerical differences between two columns computed independently would suggest
+    /// that they can.
     fn lead_of_delay(&self, columns: &[Vec<Vec<f64>>]) -> Option<Vec<Vec<f64>>> {
         let slope_of = |p: &FittedParameter| -> Option<f64> {
             let member = &self.hypothesis.members[p.member];

@@ -1,4 +1,4 @@
-//! Values that a cause would seem to have where it is absent.
+//! Values that a cause appears to have where it is absent.
 
 use crate::fit::{Interval, Member, Problem, is_magnitude};
 use crate::onset::{Acts, Pattern, Schedule};
@@ -11,12 +11,12 @@ use std::sync::Arc;
 /// Iterations of the weights of a variance between recordings.
 const ITERATIONS: usize = 20;
 
-/// The magnitudes that a candidate would seem to have where it is absent: errors of the model look like it, in each baseline recording by
-/// another magnitude.
+/// The magnitudes that a candidate appears to have in baseline recordings, where it is absent: model errors resemble it, with a different
+/// magnitude in each recording.
 ///
-/// An error that looks like the cause does so with the scales of the cause and with those that fit best. With scales that are free, a
-/// slack that the motion hardly reaches could be of any size; with scales that are held, a slack takes what another one would explain.
-/// So the smaller of the two counts.
+/// They are estimated twice, with free scales and with the scales of the cause, and the narrower interval is used: a model error that
+/// resembles the cause shows in both. With free scales alone, a slack that begins where the motion hardly goes may have any size; with
+/// held scales alone, a slack absorbs errors that a slack elsewhere fits better.
 pub(crate) struct Apparent {
     /// With free scales and with held ones: for each baseline recording the deviations of the magnitudes from the values at which they
     /// are off, with standard errors.
@@ -41,8 +41,9 @@ impl Apparent {
     ) -> Self {
         let magnitudes: Vec<usize> =
             (0..infos.len()).filter(|&k| is_magnitude(&infos[k])).collect();
-        let seen =
-            |(i, &k): (&Interval, &usize)| [i.value - infos[k].off.unwrap_or(0.0), i.deviation()];
+        let seen = |(i, (_, info)): (&Interval, &(usize, ParameterInfo))| {
+            [i.value - info.off.unwrap_or(0.0), i.deviation()]
+        };
         // A cause without magnitudes needs no fits.
         let baseline = baseline.filter(|_| !magnitudes.is_empty());
         let has_scales = magnitudes.len() < infos.len();
@@ -52,9 +53,7 @@ impl Apparent {
             let iterations = settings.baseline_iterations;
             let cause = on_baseline(cause, baseline.system.experiment_len());
             let cause = Member { scales_held, ..cause };
-            let places = |p: &ParameterInfo| !scales_held || is_magnitude(p);
-            // Among the fitted parameters, which come first.
-            let fitted: Vec<usize> = (0..infos.len()).filter(|&k| places(&infos[k])).collect();
+            let fitted = cause.fitted(baseline.system);
             let mut small = cause.own().to_vec();
             for &k in &magnitudes {
                 let off = infos[k].off.unwrap_or(0.0);
@@ -68,8 +67,8 @@ impl Apparent {
                 });
                 let fit = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
                 let intervals = alone.intervals(&fit).ok()?;
-                let own = intervals.iter().zip(&fitted).filter(|(_, k)| magnitudes.contains(k));
-                Some(own.map(seen).collect::<Vec<_>>())
+                let all = intervals.iter().zip(&fitted);
+                Some(all.filter(|(_, (_, info))| is_magnitude(info)).map(seen).collect::<Vec<_>>())
             });
             all.into_iter().flatten().collect::<Vec<_>>()
         };

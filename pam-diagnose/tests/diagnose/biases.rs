@@ -61,8 +61,8 @@ fn nothing_is_found_where_nothing_is_hidden() {
     }
 }
 
-/// A delay of the drive and a lead of the force within a sample shift the same force: the prior of the lead says how much of a shift is the
-/// delay's, and how uncertain that is, wherever the lead stood before.
+/// An actuation delay and a lead of the force within a sample both shift the force in time, so only the prior of the lead separates them:
+/// the fitted lead is near its prior mean, wherever the fit starts, and the interval of the delay is as wide as the prior.
 #[test]
 fn the_timing_of_the_force_is_as_uncertain_beside_a_delay_as_its_prior() {
     let model = weights();

@@ -53,8 +53,8 @@ pub fn evaluate_with<F: ForceModel<f64> + Sync>(
     evaluate_keeping(predictor, joint, subjects, settings, &|r| r, done)
 }
 
-/// [`evaluate_with`] where `keep` gets the result of each recording as soon as it is there, and returns what remains in
-/// memory: all of it, or [every n-th sample](RecordingEvaluation::every).
+/// [`evaluate_with`] with a function that processes each result as soon as it is available and returns what to store: the result
+/// itself, or [every n-th sample](RecordingEvaluation::every) of it.
 pub fn evaluate_keeping<F: ForceModel<f64> + Sync>(
     predictor: &dyn Predictor,
     joint: &JointModel<f64, F>,

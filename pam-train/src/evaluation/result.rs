@@ -30,7 +30,7 @@ pub struct SegmentScores {
 pub struct RecordingEvaluation {
     /// The recording.
     pub recording: Recording,
-    /// Number of samples that were predicted and scored: those of the recording, or more after [`every`](Self::every).
+    /// Number of samples that were predicted and scored. After [`every`](Self::every) the recording has fewer.
     pub samples: usize,
     /// The masses it was predicted with.
     pub masses: SealedMasses,
@@ -99,8 +99,8 @@ impl Evaluation {
 }
 
 impl RecordingEvaluation {
-    /// The same with every `stride`-th sample of the recording, the prediction and the missing force, for figures of many
-    /// recordings. Scores, balance and the times of segments remain those of all samples.
+    /// Keeps every `stride`-th sample of the recording, the prediction and the missing force, to save memory. Scores, balance and
+    /// segment times still refer to all samples.
     ///
     /// # Panics
     /// If the stride is 0.

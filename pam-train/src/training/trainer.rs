@@ -240,7 +240,7 @@ impl Trainer {
     /// The [fingerprint](pam_data::fingerprint) of all recordings, including the held-out ones.
     #[must_use]
     pub fn fingerprint(&self) -> String {
-        // Without the air masses, which may follow the model as it is trained: it stays the same.
+        // The air masses are left out because they may change during training. Everything else is constant.
         let of_both = || {
             [&self.train[..], self.held_out.subjects()]
                 .map(|subjects| fingerprint(subjects.iter().map(|s| &s.recording)))

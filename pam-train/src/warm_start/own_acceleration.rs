@@ -13,8 +13,10 @@
 //! where a joint fit of m and f leaves to f whatever part of the inertia it got hold of first.
 
 use super::derivative_matching::{DerivativeMatching, Point};
-use super::squared_residuals::forces_mn;
 use crate::coordinates::{Coordinates, Frozen};
+use pam_core::{SealedMasses, parallel};
+use pam_surrogate::PointForces;
+use pam_trajectory::engine::NetworkJoint;
 
 /// e (mm/s²) and r (mN) of one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +62,22 @@ pub fn own_accelerations(
         residual_mn: p.force_mn - mass * p.acceleration - damping * p.input[3] - force_mn,
     };
     points.iter().zip(forces).map(own).collect()
+}
+
+/// The model's force at points, mN; neighbouring points with the same masses are evaluated together.
+fn forces_mn(model: &NetworkJoint, points: &[Point]) -> Vec<f64> {
+    let forces = PointForces::new(&model.force);
+    let recordings: Vec<&[Point]> = points.chunk_by(|a, b| a.input[..2] == b.input[..2]).collect();
+    let of_recording = |k: usize| {
+        let [flexor_g, extensor_g, ..] = recordings[k][0].input;
+        let states: Vec<[f64; 2]> =
+            recordings[k].iter().map(|p| [p.input[2], p.input[3]]).collect();
+        let mut values = vec![0.0; states.len()];
+        let masses = SealedMasses { flexor_g, extensor_g };
+        forces.values_into(masses, &states, &mut values, &mut forces.memory());
+        values
+    };
+    parallel::map(recordings.len(), of_recording).concat()
 }
 
 /// δ, kg.

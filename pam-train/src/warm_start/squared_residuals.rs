@@ -1,17 +1,16 @@
-//! Residuals of the equation of motion on points, by batches.
+//! Squared residuals of the equation of motion, in batches of points.
 
 use super::derivative_matching::Point;
 use crate::coordinates::Coordinates;
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock, NetworkSums};
-use pam_core::simd::Float;
 use pam_core::{RawParameters, Scalar};
 use pam_trajectory::engine::NetworkJoint;
 use rayon::prelude::*;
 
-/// Points of one task; partial sums are added in the order of the tasks. Two tasks share the smallest useful batch.
+/// Points per task. Partial sums are added in the order of the tasks, so that the result does not depend on the number of threads.
 const CHUNK: usize = 128;
 
-/// The mean of `(F − m ẍ − B ẋ − f_θ)²` over `scale` with its gradient. Keeps its memory from one batch to the next.
+/// The mean of `(F − m ẍ − B ẋ − f_θ)²/scale` over a batch, with its gradient. Buffers are reused from one batch to the next.
 pub(super) struct SquaredResiduals {
     /// mN².
     scale: f64,
@@ -117,29 +116,11 @@ impl SquaredResiduals {
     }
 }
 
-/// The network's force at points, mN.
-pub(super) fn forces_mn(model: &NetworkJoint, points: &[Point]) -> Vec<f64> {
-    let network = BatchNetwork::<f64>::new(model.force.mlp(), 0);
-    let bias = network.fold(&[]);
-    let (stride, out_stride) = (network.input_stride(), network.output_stride());
-    let mut forces = vec![0.0; points.len()];
-    points.par_chunks(CHUNK).zip(forces.par_chunks_mut(CHUNK)).for_each(|(part, forces)| {
-        let n = part.len();
-        let (mut input, mut output) = (vec![0.0; n * stride], vec![0.0; n * out_stride]);
-        write_inputs(part, stride, &mut input);
-        network.values_into(n, &bias, &input, &mut output, &mut [], &mut network.block(n));
-        for (force, row) in forces.iter_mut().zip(output.chunks_exact(out_stride)) {
-            *force = row[0];
-        }
-    });
-    forces
-}
-
 /// Writes the inputs of points row by row.
-fn write_inputs<T: Float>(points: &[Point], stride: usize, input: &mut [T]) {
+fn write_inputs(points: &[Point], stride: usize, input: &mut [f32]) {
     for (row, p) in input.chunks_exact_mut(stride).zip(points) {
         for (to, from) in row.iter_mut().zip(p.input) {
-            *to = T::narrow(from);
+            *to = from as f32;
         }
     }
 }
