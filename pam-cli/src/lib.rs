@@ -12,6 +12,7 @@ pub mod commands;
 pub mod console;
 pub mod error;
 pub mod interrupt;
+mod memory;
 pub mod options;
 pub mod output;
 pub mod registry;
@@ -68,6 +69,7 @@ pub const INTERRUPTED: u8 = 130;
 /// Errors go to the error stream.
 #[must_use]
 pub fn run(registry: Registry) -> ExitCode {
+    memory::return_large_blocks();
     // Help and parsers list the known parts, so they are registered first.
     match registry.install() {
         Ok(()) => run_arguments(&Arguments::of_process()),

@@ -37,6 +37,14 @@ pub fn open_recordings(
 
 /// One instance, whatever the path is given as.
 fn open_recordings_at(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
+    let mut recordings = read_whole(path, options)?;
+    if options.filtered_force_only {
+        recordings.iter_mut().for_each(|r| r.low_passed.force_mn = None);
+    }
+    Ok(recordings)
+}
+
+fn read_whole(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
     if is_truth(path) {
         return Err(DataError::file(
             path,

@@ -29,6 +29,9 @@ pub struct LoadOptions {
     pub pressure_reference: PressureReference,
     /// The rig whose files these are; [`None`] for files with the columns of their format.
     pub rig: Option<RigFile>,
+    /// Keep the external force as it is after its filter only. The force before the filter, a seventh of the numbers of a recording,
+    /// serves diagnoses and models with effects.
+    pub filtered_force_only: bool,
 }
 
 /// The zero of a pressure column.

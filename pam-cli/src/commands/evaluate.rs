@@ -78,7 +78,8 @@ impl RunCommand for EvaluateArguments {
             saved.info.effects.push(json!(added_effect(text)?));
         }
         let settings = self.solver.settings_for(&saved)?;
-        let subjects = self.reading.subjects(&self.data, &saved, global, console)?;
+        let reading = self.reading.for_model(!saved.info.effects.is_empty());
+        let subjects = reading.subjects(&self.data, &saved, global, console)?;
         let configuration = json!({
             "model": self.model.model,
             "activation": self.model.activation.map(|a| a.name()),

@@ -32,9 +32,18 @@ pub struct DataOptions {
     /// Reference of the pressures of CSV, .npz and .mat data; raw logs are gauge
     #[arg(long, alias = "mat-pressure", value_parser = choice::<PressureReference>(), default_value = "auto", value_name = "REFERENCE")]
     pub pressure: PressureReference,
+    /// [`LoadOptions::filtered_force_only`].
+    #[arg(skip)]
+    pub filtered_force_only: bool,
 }
 
 impl DataOptions {
+    /// The same for a model with or without effects: without them nothing reads the force before its filter.
+    #[must_use]
+    pub fn for_model(&self, has_effects: bool) -> Self {
+        Self { filtered_force_only: !has_effects, ..self.clone() }
+    }
+
     /// The loader's options.
     ///
     /// # Errors
@@ -44,6 +53,7 @@ impl DataOptions {
             rig,
             preprocess: self.preprocess,
             pressure_reference: self.pressure,
+            filtered_force_only: self.filtered_force_only,
             ..LoadOptions::default()
         };
         for assignment in &self.loader {

@@ -9,10 +9,14 @@ use pam_data::{MassChoice, MassOrigin, MuscleSurfaces, Recording, load_model};
 use pam_trajectory::engine::NetworkJoint;
 
 /// The recordings of a selection.
-pub(super) fn select(subjects: &[Subject], selection: Option<&Selection>) -> Vec<Subject> {
-    let takes =
-        |s: &&Subject| selection.is_none_or(|selection| selection.takes(&s.recording.name, true));
-    subjects.iter().filter(takes).cloned().collect()
+pub(super) fn select<'s>(
+    subjects: &'s [Subject],
+    selection: Option<&Selection>,
+) -> impl Iterator<Item = &'s Subject> {
+    let takes = move |s: &&Subject| {
+        selection.is_none_or(|selection| selection.takes(&s.recording.name, true))
+    };
+    subjects.iter().filter(takes)
 }
 
 /// Computes anew the masses that come from the gas law.

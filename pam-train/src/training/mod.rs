@@ -11,6 +11,7 @@ mod effects;
 mod epoch;
 mod error;
 pub mod folder;
+mod held_out;
 mod scores;
 mod stage;
 pub mod state;

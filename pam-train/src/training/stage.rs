@@ -74,7 +74,7 @@ impl Trainer {
         selection: Option<&Selection>,
     ) -> Result<Vec<Subject>, TrainingError> {
         let at = self.state.within.as_ref().map_or(&self.state.at, |w| &w.start);
-        let mut subjects = select(&self.train, selection);
+        let mut subjects: Vec<Subject> = select(&self.train, selection).cloned().collect();
         update_masses(&mut subjects, &self.coordinates.model(at), self.surfaces.as_ref())?;
         Ok(subjects)
     }
@@ -128,23 +128,19 @@ impl Trainer {
 
     /// Ends a stage with its best coordinates.
     pub(super) fn leave(&mut self, s: &SolveStage) -> Result<(), TrainingError> {
-        let subjects = select(&self.train, s.recordings.as_ref());
         let within = self.state.within.take().expect("a running stage");
         self.stage = None;
         let (loss, at) = within.best.map_or((f64::NAN, self.state.at.clone()), |b| (b.loss, b.at));
         self.state.at = at;
-        self.finish(
-            StageResult {
-                name: s.name.clone(),
-                epochs: within.epoch,
-                seconds: within.seconds,
-                first_loss: within.first_loss,
-                best_loss: loss,
-                r2_train: [None; 4],
-                r2_held_out: [None; 4],
-            },
-            subjects,
-        )
+        self.finish(StageResult {
+            name: s.name.clone(),
+            epochs: within.epoch,
+            seconds: within.seconds,
+            first_loss: within.first_loss,
+            best_loss: loss,
+            r2_train: [None; 4],
+            r2_held_out: [None; 4],
+        })
     }
 
     /// Ends a stage that is a regression, and counts it as an epoch.
@@ -153,7 +149,6 @@ impl Trainer {
         name: &str,
         begun: Instant,
         residual: f64,
-        subjects: Vec<Subject>,
     ) -> Result<EpochRow, TrainingError> {
         let physical = self.model().physical();
         self.state.epochs += 1;
@@ -179,25 +174,20 @@ impl Trainer {
             r2_train: [None; 4],
             r2_held_out: [None; 4],
         };
-        self.finish(result, subjects)?;
+        self.finish(result)?;
         Ok(row)
     }
 
     /// Scores and notes what a stage reached, and goes to the next one.
-    fn finish(
-        &mut self,
-        mut result: StageResult,
-        mut subjects: Vec<Subject>,
-    ) -> Result<(), TrainingError> {
-        let model = self.coordinates.model(&self.state.at);
-        let effects = self.coordinates.effect_parameters(&self.state.at);
+    fn finish(&mut self, mut result: StageResult) -> Result<(), TrainingError> {
+        let stage = &self.curriculum.stages[self.state.stage];
         // Pressures alone say nothing of the force.
-        let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
-        if predicts {
-            update_masses(&mut subjects, &model, self.surfaces.as_ref())?;
-            let (mut engine, windows) = (self.scoring_engine()?, Windows::of(subjects, None));
-            result.r2_train = mean_r2(&mut *engine, &model, &effects, &windows)?;
-            result.r2_held_out = self.score_held_out()?;
+        if !matches!(stage, Stage::Gas(_)) {
+            let recordings = select(&self.train, stage.recordings()).cloned();
+            let mut engine = self.scoring.take().map_or_else(|| self.scoring_engine(), Ok)?;
+            result.r2_train = self.mean_r2(&mut *engine, recordings)?;
+            result.r2_held_out = self.mean_r2(&mut *engine, self.held_out.subjects())?;
+            self.scoring = Some(engine);
         }
         self.state.results.push(result);
         self.state.stage += 1;
@@ -206,13 +196,19 @@ impl Trainer {
 
     /// Mean R² over the held-out recordings with the coordinates as they are.
     pub(super) fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
+        let mut engine = self.scoring.take().map_or_else(|| self.scoring_engine(), Ok)?;
+        let scores = self.mean_r2(&mut *engine, self.held_out.subjects())?;
+        self.scoring = Some(engine);
+        Ok(scores)
+    }
+
+    fn mean_r2(
+        &self,
+        engine: &mut dyn TrajectoryEngine,
+        recordings: impl Iterator<Item = Subject>,
+    ) -> Result<[Option<f64>; 4], TrainingError> {
         let model = self.coordinates.model(&self.state.at);
         let effects = self.coordinates.effect_parameters(&self.state.at);
-        if self.scoring.is_none() {
-            self.scoring = Some(self.scoring_engine()?);
-        }
-        update_masses(self.held_out.subjects_mut(), &model, self.surfaces.as_ref())?;
-        let engine = self.scoring.as_mut().expect("just made");
-        Ok(mean_r2(&mut **engine, &model, &effects, &self.held_out)?)
+        mean_r2(engine, (&model, &effects), self.surfaces.as_ref(), recordings)
     }
 }

@@ -3,6 +3,7 @@
 use super::beginning::{Start, select, subject, update_masses};
 use super::effects;
 use super::error::TrainingError;
+use super::held_out::HeldOut;
 use super::state::{EpochRow, TrainingState};
 use crate::coordinates::{Coordinates, EffectCoordinate, Scaling};
 use crate::curriculum::{Curriculum, SolveStage, Stage, StartModel};
@@ -31,8 +32,7 @@ pub struct Trainer {
     pub(super) coordinates: Coordinates,
     pub(super) state: TrainingState,
     pub(super) train: Vec<Subject>,
-    /// Kept whole.
-    pub(super) held_out: Windows,
+    pub(super) held_out: HeldOut,
     pub(super) surfaces: Option<MuscleSurfaces>,
     /// As they start.
     pub(super) effects: Vec<ActiveEffect>,
@@ -156,7 +156,7 @@ impl Trainer {
             )));
         }
         for stage in &curriculum.stages {
-            if select(&train, stage.recordings()).is_empty() {
+            if select(&train, stage.recordings()).next().is_none() {
                 return Err(TrainingError::Curriculum(format!(
                     "stage `{}` selects none of the training recordings",
                     stage.name()
@@ -189,7 +189,7 @@ impl Trainer {
             coordinates,
             state,
             train,
-            held_out: Windows::of(held_out, None),
+            held_out: HeldOut::of(held_out),
             surfaces,
             effects,
             loss: None,
@@ -242,9 +242,8 @@ impl Trainer {
     pub fn fingerprint(&self) -> String {
         // The air masses are left out because they may change during training. Everything else is constant.
         let of_both = || {
-            [&self.train[..], self.held_out.subjects()]
-                .map(|subjects| fingerprint(subjects.iter().map(|s| &s.recording)))
-                .join(" ")
+            let trained_on = fingerprint(self.train.iter().map(|s| &s.recording));
+            format!("{trained_on} {}", self.held_out.fingerprint())
         };
         self.fingerprint.get_or_init(of_both).clone()
     }
@@ -272,7 +271,7 @@ impl Trainer {
     /// Number of recordings that are held out.
     #[must_use]
     pub fn held_out_len(&self) -> usize {
-        self.held_out.subjects().len()
+        self.held_out.len()
     }
 
     /// Whether all stages are done.
@@ -337,10 +336,12 @@ impl Trainer {
         let begun = Instant::now();
         match stage {
             Stage::Gas(s) => {
-                let subjects = select(&self.train, s.recordings.as_ref());
+                let subjects: Vec<Subject> =
+                    select(&self.train, s.recordings.as_ref()).cloned().collect();
                 let model = self.model();
                 let start = model.physical().deformation;
                 let fitted = fit_deformation(&subjects, &model.geometry, start);
+                drop(subjects);
                 let mut fitted_model = model;
                 let physical = PhysicalParameters {
                     deformation: fitted.deformation,
@@ -348,13 +349,14 @@ impl Trainer {
                 };
                 fitted_model.raw = physical.to_raw();
                 self.state.at = self.with_network_kept(&fitted_model);
-                self.regressed(&s.name, begun, fitted.rms_kpa, subjects).map(Some)
+                self.regressed(&s.name, begun, fitted.rms_kpa).map(Some)
             }
             Stage::Derivatives(s) => {
                 self.coordinates.set_auxiliary_damping(0.0);
                 let subjects = self.selected(s.recordings.as_ref())?;
                 let matched =
                     s.matching.run(&self.coordinates, &self.state.at, &subjects, self.seed);
+                drop(subjects);
                 if !matched.at.iter().all(|v| v.is_finite()) {
                     return Err(TrainingError::Diverged {
                         stage: s.name,
@@ -365,15 +367,15 @@ impl Trainer {
                     });
                 }
                 self.state.at = matched.at;
-                self.regressed(&s.name, begun, matched.rms_n, subjects).map(Some)
+                self.regressed(&s.name, begun, matched.rms_n).map(Some)
             }
             Stage::Solve(s) => {
                 self.enter(&s)?;
                 let mut row = self.epoch(begun)?;
                 if self.curriculum.score_every.is_some_and(|n| row.epoch.is_multiple_of(n)) {
                     let scores = self.score_held_out()?;
-                    row.r2_held_out = (!self.held_out.subjects().is_empty())
-                        .then(|| scores.map(|v| v.unwrap_or(f64::NAN)));
+                    row.r2_held_out =
+                        (self.held_out.len() > 0).then(|| scores.map(|v| v.unwrap_or(f64::NAN)));
                 }
                 let within = self.state.within.as_ref().expect("entered");
                 if within.epoch >= s.epochs || within.stopped {

@@ -100,8 +100,6 @@ impl RunCommand for TrainArguments {
         let curriculum = curriculum(self, &folder, global)?;
         let checkpoint_every = seconds("--checkpoint-s", self.checkpoint_s, true)?;
 
-        let rig = global.rig_for(&self.data)?;
-        let recordings = self.reading.recordings(&self.data, rig.clone(), console)?;
         let masses = self.reading.mass_options()?;
         // Training takes the masses of the files, then those of surfaces while the model is untrained, then the gas law.
         let surfaces = masses.surfaces.filter(|_| masses.choice != MassChoice::GasLaw);
@@ -118,10 +116,13 @@ impl RunCommand for TrainArguments {
                 ));
             }
         }
+        let effects = effects_of(&curriculum, &[])?;
+        let rig = global.rig_for(&self.data)?;
+        let reading = self.reading.for_model(!effects.is_empty());
+        let recordings = reading.recordings(&self.data, rig.clone(), console)?;
         let recordings = checked(recordings, rig.as_ref(), global, console)?;
         let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
         curriculum.data.check_names(&names).map_err(CliError::Failed)?;
-        let effects = effects_of(&curriculum, &[])?;
         let mut trainer =
             Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
         console.text(format!(
