@@ -145,42 +145,75 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     ///
     /// The covariance is clustered by blocks of rows, `H⁻¹ (Σ_b g_b g_bᵀ) H⁻¹` with `g_b = J_bᵀ W r_b`, which holds
     /// for any correlation of the residuals inside a block (Liang and Zeger 1986), with quantiles of Student's t for
-    /// the number of blocks. Scales have intervals that are symmetric in their logarithm.
+    /// the number of blocks. Scales have intervals that are symmetric in their logarithm. An error that comes from a
+    /// nuisance with limits ends where the nuisance is at its limit: the sides of such an interval may differ.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the fitted hypothesis cannot be simulated.
     pub fn intervals(&self, fit: &Fit) -> Result<Vec<Interval>, DiagnoseError> {
         let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
         let parameters = fit.hypothesis.parameters(self.system);
-        let n = equations.unknowns();
         let blocks = equations.blocks.len() as f64;
         let factor = equations.factor();
-        let error = |k: usize| -> Option<f64> {
-            let mut unit = vec![0.0; n];
+        let row = |k: usize| -> Option<Vec<f64>> {
+            let mut unit = vec![0.0; equations.unknowns()];
             unit[k] = 1.0;
-            let row = factor.as_ref()?.solve(&unit)?;
-            let influence =
-                |block: &Vec<f64>| -> f64 { row.iter().zip(block).map(|(r, b)| r * b).sum() };
-            let clustered: f64 = equations.blocks.iter().map(|b| influence(b).powi(2)).sum();
-            let prior: f64 = row.iter().zip(&equations.precisions).map(|(r, p)| r * r * p).sum();
-            Some((clustered * blocks / (blocks - 1.0).max(1.0) + prior).sqrt())
+            factor.as_ref()?.solve(&unit)
+        };
+        let covariance = |a: &[f64], b: &[f64]| -> f64 {
+            let clustered: f64 = equations.blocks.iter().map(|g| dot(a, g) * dot(b, g)).sum();
+            let priors = a.iter().zip(b).zip(&equations.precisions);
+            clustered * blocks / (blocks - 1.0).max(1.0)
+                + priors.map(|((a, b), p)| a * b * p).sum::<f64>()
         };
         let quantile = t_quantile_95((blocks - 1.0 - parameters.len() as f64).max(1.0));
+        let shared = self.system.shared().iter().zip(&fit.hypothesis.shared).enumerate();
+        let limited: Vec<Limited> = shared
+            .filter(|(_, (n, _))| !n.is_unlimited())
+            .filter_map(|(k, (n, value))| {
+                let row = row(parameters.len() + k)?;
+                let deviation = covariance(&row, &row).sqrt();
+                let room = n.limits.map(|limit| (limit - value).abs() / deviation);
+                (deviation > 0.0).then_some(Limited { row, deviation, room })
+            })
+            .collect();
+        let half_widths = |k: usize| -> Option<[f64; 2]> {
+            let row = row(k)?;
+            let variance = covariance(&row, &row);
+            let by_nuisance = limited.iter().map(|n| (covariance(&row, &n.row) / n.deviation, n));
+            let most = by_nuisance.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+            let Some((moved, nuisance)) = most else {
+                return Some([quantile * variance.sqrt(); 2]);
+            };
+            let rest = quantile * (variance - moved * moved).max(0.0).sqrt();
+            let mut room = nuisance.room;
+            if moved < 0.0 {
+                room.reverse();
+            }
+            Some(room.map(|room| rest.hypot(moved * room.min(quantile))))
+        };
         Ok(parameters
             .iter()
             .enumerate()
             .map(|(k, p)| {
-                let error = error(k).unwrap_or(f64::INFINITY);
+                let [below, above] = half_widths(k).unwrap_or([f64::INFINITY; 2]);
                 let value = fit.hypothesis.members[p.member].values[p.value];
                 let middle = coordinate(value, p.info);
-                let end = |sign: f64| {
-                    let end = middle + sign * quantile * error;
-                    if p.info.logarithmic { end.exp() } else { end }
-                };
-                Interval { value, ci95: [end(-1.0), end(1.0)] }
+                let ends = [middle - below, middle + above];
+                Interval { value, ci95: if p.info.logarithmic { ends.map(f64::exp) } else { ends } }
             })
             .collect())
     }
+}
+
+/// The error of a nuisance with limits.
+struct Limited {
+    /// Row of the inverse Hessian.
+    row: Vec<f64>,
+    /// Standard deviation.
+    deviation: f64,
+    /// Distances to the lower and the upper limit, in standard deviations.
+    room: [f64; 2],
 }
 
 /// The inner product of two channels, of which an empty one is zero.

@@ -62,9 +62,10 @@ fn nothing_is_found_where_nothing_is_hidden() {
 }
 
 /// An actuation delay and a lead of the force within a sample both shift the force in time, so only the prior of the lead separates them:
-/// the fitted lead is near its prior mean, wherever the fit starts, and the interval of the delay is as wide as the prior.
+/// the fitted lead is near its prior mean, wherever the fit starts. The interval of the delay holds the delays of all leads within their
+/// limits (closer than 1.96 standard deviations of the prior) and no others.
 #[test]
-fn the_timing_of_the_force_is_as_uncertain_beside_a_delay_as_its_prior() {
+fn a_delay_is_as_uncertain_as_the_timing_of_the_force() {
     let model = weights();
     let run = exact_run(&model, [45.0, 45.0], 0.25);
     let sample_ms = 1e3 * (run.recording.time_s[1] - run.recording.time_s[0]);
@@ -86,8 +87,14 @@ fn the_timing_of_the_force_is_as_uncertain_beside_a_delay_as_its_prior() {
         let found = fit.hypothesis.shared[LEAD];
         assert!(found.abs() < 0.03, "from {lead}: {found}");
         let interval = problem.intervals(&fit).expect("can be simulated")[0];
-        let half = 0.5 * (interval.ci95[1] - interval.ci95[0]);
-        let prior_ms = 1.96 * settings.fit.lead_deviation_samples * sample_ms;
-        assert!(half > 0.98 * prior_ms, "{half} ms, the prior alone gives {prior_ms}");
+        let [lag, lead] = [settings.fit.lag_limit_samples, settings.fit.lead_limit_samples];
+        assert!(lead < 1.96 * settings.fit.lead_deviation_samples);
+        // A lag of the force stands for a smaller delay, a lead for a larger one.
+        let expected = [(-lag - found) * sample_ms, (lead - found) * sample_ms];
+        let [below, above] = interval.ci95.map(|end| end - interval.value);
+        for (end, expected) in [(below, expected[0]), (above, expected[1])] {
+            let wider = end.abs() - expected.abs();
+            assert!((0.0..0.02 * sample_ms).contains(&wider), "{end} ms, the limits give {expected}");
+        }
     }
 }
