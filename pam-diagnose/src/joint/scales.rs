@@ -30,9 +30,19 @@ pub(super) fn data_scales(
     let sizes = |f: &dyn Fn(&Trial, usize) -> Vec<f64>| -> Vec<f64> {
         open.iter().flat_map(|&(t, n)| f(t, n)).collect()
     };
-    let force = sizes(&|t, n| {
+    let force_of = |t: &Trial, n: usize| {
         let values = 2 * t.record.steps_per_point * n;
-        t.record.force.values_mn()[..values].iter().map(|f| f.abs()).collect()
+        t.record.force.values_mn()[..values].to_vec()
+    };
+    let absolute = |values: Vec<f64>| values.into_iter().map(f64::abs).collect::<Vec<_>>();
+    let force = sizes(&|t, n| absolute(force_of(t, n)));
+    // A limit just below the peaks of the noise would remove noise, and the prediction would be better for it.
+    let quiet_force = sizes(&|t, n| {
+        let mut values = force_of(t, n);
+        if let Some(doubtful) = &t.record.doubtful_force {
+            values.iter_mut().zip(doubtful.values_mn()).for_each(|(f, noise)| *f -= noise);
+        }
+        absolute(values)
     });
     let travel = sizes(&|t, n| {
         let x = &t.record.measured[0][..n];
@@ -54,8 +64,7 @@ pub(super) fn data_scales(
             samples.push(ScaleSample { displacement_mm: x, missing_n: missing / MN_PER_N });
         }
     }
-    let (force_n, travel_mm) =
-        (percentile(force.clone(), high) / MN_PER_N, percentile(travel, high));
+    let (force_n, travel_mm) = (percentile(force, high) / MN_PER_N, percentile(travel, high));
     let gauge = |t: &Trial| {
         let [flexor, extensor] = t.record.rest.sealed_kpa;
         0.5 * (flexor + extensor) - ATMOSPHERE_KPA
@@ -63,7 +72,7 @@ pub(super) fn data_scales(
     let gauge_kpa = open.iter().map(|&(t, _)| gauge(t)).sum::<f64>() / open.len().max(1) as f64;
     DataScales {
         force_n,
-        peak_force_n: percentile(force, peak) / MN_PER_N,
+        peak_force_n: percentile(quiet_force, peak) / MN_PER_N,
         travel_mm,
         reach_mm: percentile(reach, high),
         speed_mm_s: percentile(speed, high),

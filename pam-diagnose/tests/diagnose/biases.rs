@@ -94,7 +94,10 @@ fn a_delay_is_as_uncertain_as_the_timing_of_the_force() {
         let [below, above] = interval.ci95.map(|end| end - interval.value);
         for (end, expected) in [(below, expected[0]), (above, expected[1])] {
             let wider = end.abs() - expected.abs();
-            assert!((0.0..0.02 * sample_ms).contains(&wider), "{end} ms, the limits give {expected}");
+            assert!(
+                (0.0..0.02 * sample_ms).contains(&wider),
+                "{end} ms, the limits give {expected}"
+            );
         }
     }
 }

@@ -16,7 +16,7 @@ pub struct ScaleSample {
 pub struct DataScales {
     /// Typical amplitude of the commanded force (95th percentile of its size), N.
     pub force_n: f64,
-    /// Largest commanded force, N.
+    /// Largest commanded force without what may be noise of its sensor, N.
     pub peak_force_n: f64,
     /// Typical amplitude of the motion (95th percentile of the distance from its middle), mm.
     pub travel_mm: f64,
