@@ -30,8 +30,9 @@ impl ReportModel for DiagnosedJoint {
                 @if self.force_lead_samples.abs() < HELD {
                     "The force between two samples is that of the first: it is held."
                 } @else {
-                    "The force acts " (number(self.force_lead_samples, 2)) " samples earlier than a force that each sample holds until "
-                    "the next (0 held, ½ smooth)."
+                    "The force acts " (number(self.force_lead_samples.abs(), 2)) " samples "
+                    @if self.force_lead_samples < 0.0 { "later" } @else { "earlier" }
+                    " than a force that each sample holds until the next. (A force that is smooth between samples acts ½ sample earlier.)"
                 }
                 @if self.force_lead_samples > SMOOTH {
                     " Read it with " code { "--input linear" } " in commands that predict."

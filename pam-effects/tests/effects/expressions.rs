@@ -131,6 +131,31 @@ fn a_saved_model_carries_its_expressions() {
     ));
 }
 
+/// A bound between two parameters is read, whichever comes first, and saved.
+#[test]
+fn a_parameter_may_be_a_lower_bound_of_another_one() {
+    let file = |bound: &str| {
+        format!(
+            "[[effect]]\nid = \"bounded\"\ndescription = \"friction that is higher at rest\"\n\
+             parameters.static_n = {{ range = [0, 100], absent = 0, not_below = \"{bound}\" }}\n\
+             parameters.coulomb_n = {{ range = [0, 100], absent = 0 }}\n\
+             acts.dry_friction_n = \"coulomb_n + (static_n - coulomb_n) * exp(-abs(v))\"\n"
+        )
+    };
+    let effect = expression::parse(&file("coulomb_n")).expect("it can be read")[0];
+    let bounds = effect.info().parameters.iter().map(|p| p.not_below);
+    assert!(bounds.eq([Some(1), None]));
+    let saved = effect.definition().expect("it is an expression");
+    assert!(std::ptr::eq(
+        expression::parse(saved).expect("it can be read")[0].info(),
+        effect.info()
+    ));
+    for (wrong, words) in [("coulombs_n", "did you mean `coulomb_n`"), ("static_n", "is none")] {
+        let message = expression::parse(&file(wrong)).expect_err("no such parameter").to_string();
+        assert!(message.contains("line 4, column 67") && message.contains(words), "{message}");
+    }
+}
+
 /// The files that come with the project.
 fn shipped() -> Vec<&'static dyn AnyEffect> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/effects");

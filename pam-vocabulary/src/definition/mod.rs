@@ -60,6 +60,8 @@ pub struct ParameterDefinition {
     pub logarithmic: bool,
     /// The value at which the parameter contributes nothing.
     pub absent: Option<f64>,
+    /// Index of another parameter that is a lower bound of this one in a fit.
+    pub not_below: Option<usize>,
     /// Values from which a fit may start; names are those of [`Language::scales`].
     pub starts: Vec<Formula>,
 }
@@ -191,7 +193,7 @@ impl EffectDefinition {
                 range: p.range,
                 logarithmic: p.logarithmic,
                 off: p.absent,
-                not_below: None,
+                not_below: p.not_below,
             })
             .collect();
         let switches: Vec<Switch> = self

@@ -45,6 +45,7 @@ struct RawParameter {
     absent: Option<Spanned<f64>>,
     #[serde(default)]
     log: bool,
+    not_below: Option<Spanned<String>>,
     #[serde(default)]
     meaning: String,
     #[serde(default)]
@@ -301,12 +302,19 @@ impl Reader<'_> {
             return Err(self.fail(name.span().start, message));
         }
 
-        let mut starts = Vec::new();
-        for (name, raw) in in_order(raw.parameters) {
+        let (mut starts, mut bounds) = (Vec::new(), Vec::new());
+        for (name, mut raw) in in_order(raw.parameters) {
             let name = self.name(&name, &effect.names)?;
             effect.names.push(name.clone());
             starts.push(raw.start.len());
+            bounds.push(raw.not_below.take());
             effect.parameters.push(self.parameter(name, raw)?);
+        }
+        for (k, bound) in bounds.iter().enumerate() {
+            effect.parameters[k].not_below = bound
+                .as_ref()
+                .map(|other| self.lower_bound(&effect.parameters, k, other))
+                .transpose()?;
         }
         for (name, raw) in in_order(raw.switches) {
             let word = self.name(&name, &effect.names)?;
@@ -451,7 +459,28 @@ impl Reader<'_> {
         }
         let (meaning, logarithmic) = (raw.meaning.trim().to_owned(), raw.log);
         let absent = raw.absent.map(Spanned::into_inner);
-        Ok(ParameterDefinition { name, meaning, range, logarithmic, absent, starts })
+        let not_below = None;
+        Ok(ParameterDefinition { name, meaning, range, logarithmic, absent, not_below, starts })
+    }
+
+    /// The index of the parameter that is a lower bound of the one at `place`.
+    fn lower_bound(
+        &self,
+        parameters: &[ParameterDefinition],
+        place: usize,
+        bound: &Spanned<String>,
+    ) -> Result<usize, ExpressionError> {
+        let other = bound.get_ref();
+        let others = || parameters.iter().enumerate().filter(|(k, _)| *k != place);
+        others().find(|(_, p)| p.name == *other).map(|(k, _)| k).ok_or_else(|| {
+            let near = nearest(other, others().map(|(_, p)| p.name.as_str()))
+                .map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            let message = format!(
+                "`not_below` of `{}` names another parameter of the effect; `{other}` is none{near}",
+                parameters[place].name
+            );
+            self.fail(bound.span().start, message)
+        })
     }
 
     fn lets(

@@ -36,6 +36,9 @@ impl EffectDefinition {
             if p.logarithmic {
                 entry += ", log = true";
             }
+            if let Some(other) = p.not_below {
+                let _ = write!(entry, ", not_below = {}", quoted(&self.parameters[other].name));
+            }
             let starts: Vec<String> = p.starts.iter().map(|s| quoted(&s.text)).collect();
             let _ = write!(entry, ", start = [{}]", starts.join(", "));
             if !p.meaning.is_empty() {
