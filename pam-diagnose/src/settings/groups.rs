@@ -351,6 +351,9 @@ settings! {
         /// A cause is minor as well if it removes less than this share of what all named causes remove, whatever the noise is: other
         /// causes whose forces are wrong by 3 % leave as much.
         negligible_share: f64 = 0.001, "–", SHARE, STUDIES;
+        /// Such a cause is not minor if its error is as large as the noise, and if a value at which it is absent is at least this multiple of
+        /// half its interval away: what stands for the wrong force of another cause is not so certain.
+        certain_ratio: f64 = 10.0, "–", FACTOR, STUDIES;
         /// The model is inadequate if its own errors on baseline recordings are more than this multiple of the noise, and
         /// the errors in the data less than this multiple of those. Errors of a channel below this multiple are within its band.
         inadequate_ratio: f64 = 2.0, "–", FACTOR, STUDIES;

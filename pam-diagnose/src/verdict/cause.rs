@@ -5,6 +5,7 @@ use crate::onset::Times;
 use crate::rejection::{ParameterStability, StabilityTest};
 use crate::search::{Candidates, Findings};
 use crate::settings::RejectionSettings;
+use pam_vocabulary::ParameterInfo;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::collections::BTreeMap;
@@ -88,6 +89,17 @@ impl Cause {
     pub(super) fn mimics(&self, settings: &RejectionSettings) -> bool {
         let spread = self.stability.as_ref().map_or(0.0, |c| c.relative_spread);
         spread > settings.mimic_spread && self.share_of_error_removed < settings.mimic_share
+    }
+
+    /// The largest distance of a parameter from the value at which it is absent, in halves of its interval on that side; 0 without such
+    /// a parameter.
+    pub(super) fn distance_from_absence(&self, infos: &[ParameterInfo]) -> f64 {
+        let distance = |(info, (_, i)): (&ParameterInfo, &(&str, Interval))| {
+            let off = info.off?;
+            let end = if i.value < off { i.ci95[1] } else { i.ci95[0] };
+            Some((i.value - off).abs() / (i.value - end).abs().max(f64::MIN_POSITIVE))
+        };
+        infos.iter().zip(&self.parameters).filter_map(distance).fold(0.0, f64::max)
     }
 }
 

@@ -165,7 +165,10 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             let little = all_minor || cause.share_of_error_removed < settings.minor_share;
             // Without a bias of a pressure the sealed masses take its trace: the error stays, but they cannot be so.
             let needed = cause.strain_without > STRAINED && strain(best) < 1.0;
-            let negligible = cause.share_of_error_removed < settings.negligible_share;
+            let infos = self.rows.whole.system.candidate(cause.member.candidate).parameters;
+            let certain = cause.rise_without > AS_LARGE_AS_NOISE
+                && cause.distance_from_absence(infos) > settings.certain_ratio;
+            let negligible = cause.share_of_error_removed < settings.negligible_share && !certain;
             let unseen = little && cause.rise_without < settings.minor_rise;
             let by_chance = cause.may_be_chance
                 && cause.share_of_error_removed < largest
