@@ -6,6 +6,9 @@ use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_effects::effects::{DataScales, ScaleSample};
 use pam_effects::simulation::{Base, Trial};
 
+/// Intervals between the quantiles of the size of the force.
+const QUANTILES: usize = 1000;
+
 /// The magnitudes of the open parts of trials before any fit.
 #[must_use]
 pub(super) fn data_scales(
@@ -37,7 +40,7 @@ pub(super) fn data_scales(
     let absolute = |values: Vec<f64>| values.into_iter().map(f64::abs).collect::<Vec<_>>();
     let force = sizes(&|t, n| absolute(force_of(t, n)));
     // A limit just below the peaks of the noise would remove noise, and the prediction would be better for it.
-    let quiet_force = sizes(&|t, n| {
+    let mut quiet_force = sizes(&|t, n| {
         let mut values = force_of(t, n);
         if let Some(doubtful) = &t.record.doubtful_force {
             values.iter_mut().zip(doubtful.values_mn()).for_each(|(f, noise)| *f -= noise);
@@ -64,6 +67,12 @@ pub(super) fn data_scales(
             samples.push(ScaleSample { displacement_mm: x, missing_n: missing / MN_PER_N });
         }
     }
+    quiet_force.sort_unstable_by(f64::total_cmp);
+    let last = quiet_force.len().saturating_sub(1);
+    let force_quantiles_n = (0..=QUANTILES.min(last))
+        .filter_map(|k| quiet_force.get(k * last / QUANTILES.min(last).max(1)))
+        .map(|f| f / MN_PER_N)
+        .collect();
     let (force_n, travel_mm) = (percentile(force, high) / MN_PER_N, percentile(travel, high));
     let gauge = |t: &Trial| {
         let [flexor, extensor] = t.record.rest.sealed_kpa;
@@ -73,6 +82,7 @@ pub(super) fn data_scales(
     DataScales {
         force_n,
         peak_force_n: percentile(quiet_force, peak) / MN_PER_N,
+        force_quantiles_n,
         travel_mm,
         reach_mm: percentile(reach, high),
         speed_mm_s: percentile(speed, high),

@@ -18,6 +18,8 @@ pub struct DataScales {
     pub force_n: f64,
     /// Largest commanded force without what may be noise of its sensor, N.
     pub peak_force_n: f64,
+    /// Quantiles of the size of this force, evenly spaced from the smallest to the largest one, N.
+    pub force_quantiles_n: Vec<f64>,
     /// Typical amplitude of the motion (95th percentile of the distance from its middle), mm.
     pub travel_mm: f64,
     /// Typical largest displacement to either side (95th percentile of its size), mm: more than the travel where the motion is

@@ -176,6 +176,7 @@ fn shipped_effects_run() {
     let scales = DataScales {
         force_n: 130.0,
         peak_force_n: 200.0,
+        force_quantiles_n: Vec::new(),
         travel_mm: 1.5,
         reach_mm: 1.5,
         speed_mm_s: 8.0,

@@ -5,6 +5,7 @@ use crate::support::joint::HOLD;
 use crate::support::joint::{P, Run, driven, linear, linear_run, plain, run, subject, volumes};
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_data::MassOrigin;
+use pam_effects::effects::{DataScales, by_id};
 use std::f64::consts::TAU;
 
 const HERTZ: f64 = 1.0;
@@ -167,4 +168,33 @@ fn the_position_delay_shifts_samples() {
         assert!((seen.v[k] - plain.v[then]).abs() < 1e-10, "{k}");
     }
     assert_eq!(seen.p, plain.p);
+}
+
+/// A limit at the amplitude of a sine cuts the noise of its sensor off and is no saturation; one below it is.
+#[test]
+fn a_limit_that_cuts_noise_is_no_saturation() {
+    let amplitude_n = 100.0;
+    // Two incommensurate sines in place of noise, with a root mean square of 3 N.
+    let noise = |k: f64| 3.0 * ((1.7 * k).sin() + (2.9 * k).sin());
+    let mut sizes: Vec<f64> = (0..2000)
+        .map(f64::from)
+        .map(|k| (amplitude_n * (0.01 * k).sin() + noise(k)).abs())
+        .collect();
+    sizes.sort_by(f64::total_cmp);
+    let scales = DataScales {
+        force_n: amplitude_n,
+        peak_force_n: sizes[1995],
+        force_quantiles_n: sizes,
+        travel_mm: 1.0,
+        reach_mm: 1.0,
+        speed_mm_s: 6.0,
+        stiffness_n_mm: 150.0,
+        gauge_kpa: 310.0,
+        duration_s: 20.0,
+        samples: Vec::new(),
+    };
+    let effect = by_id("force_saturation").expect("an id");
+    let stands = |limit_n: f64| effect.stands(&[limit_n], &scales);
+    assert!([50.0, 82.5, 90.0].into_iter().all(stands));
+    assert!(![98.0, 100.0, 103.0].into_iter().any(stands));
 }

@@ -47,6 +47,7 @@ fn outside_its_times_an_effect_is_not_there() {
         let scales = pam_effects::effects::DataScales {
             force_n: 90.0,
             peak_force_n: 90.0,
+            force_quantiles_n: Vec::new(),
             travel_mm: 0.7,
             reach_mm: 0.7,
             speed_mm_s: 4.0,

@@ -3,6 +3,13 @@
 use crate::effects::{Command, DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
+use pam_numerics::statistics::root_mean_square;
+
+/// Largest limit, relative to the largest force.
+const HIGHEST: f64 = 0.95;
+/// Least root mean square of what is cut off, relative to the limit. It is 0.08 for a sine with a limit of nine tenths of its amplitude, and at
+/// most the relative size of the noise for a limit at the amplitude.
+const LEAST_CUT: f64 = 0.05;
 
 /// Real force clipped at ± `force_n`.
 #[derive(Debug, Clone, Copy)]
@@ -22,8 +29,12 @@ impl Effect for ForceSaturation {
     }
 
     fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
-        // A limit that only the last few percent of the peaks reach does what any small error does where the joint turns.
-        values[0] < 0.95 * scales.peak_force_n
+        let limit = values[0];
+        let beyond = scales.force_quantiles_n.iter().map(|f| f - limit).filter(|cut| *cut > 0.0);
+        let beyond: Vec<f64> = beyond.collect();
+        // A limit that only the last few percent of the peaks reach does what any small error does where the joint turns. One at the
+        // amplitude of the force cuts off the noise of its sensor, which improves every prediction.
+        limit < HIGHEST * scales.peak_force_n && root_mean_square(&beyond) > LEAST_CUT * limit
     }
 
     fn drive<S: Scalar>(&self, p: &[S], command: &Command<S>, _memory: &mut [S]) -> S {

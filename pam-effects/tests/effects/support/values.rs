@@ -43,6 +43,7 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
     let scales = DataScales {
         force_n: 100.0,
         peak_force_n: 150.0,
+        force_quantiles_n: Vec::new(),
         travel_mm: 1.0,
         reach_mm: 1.0,
         speed_mm_s: 6.0,
