@@ -549,6 +549,25 @@ mod long {
         assert_eq!(outcome.verdict, "explained", "{}", outcome.headline_text());
     }
 
+    /// A delay of a quarter of a sample is as uncertain as the timing of the force within a sample, whose limits do not contain it. A saturation
+    /// at the amplitude of the force would only cut off the noise of the force's sensor. Friction that is precisely known counts
+    /// beside a leak that leaves five thousand times as much of the error.
+    #[test]
+    #[ignore = "long"]
+    fn small_causes_are_named_if_they_are_certain() {
+        let cases = [
+            (7, "pairs-017", ["polytropic_gas", "actuation_delay"]),
+            (8, "pairs-057", ["pressure_bias", "geometry_coefficient"]),
+            (8, "pairs-001", ["leak", "coulomb_friction"]),
+        ];
+        for (seed, id, effects) in cases {
+            let outcome = outcome_of(&design::of_seed(seed), id);
+            let said = outcome.headline_text();
+            assert!(effects.iter().all(|effect| outcome.names(effect)), "{id}: {said}");
+            assert_eq!(outcome.superfluous(), 0, "{id}: {said}");
+        }
+    }
+
     /// A model error that is confined to the first half of the excitation looks like a cause that ends there, in the baseline recordings as
     /// well.
     #[test]
