@@ -69,7 +69,6 @@ pub const INTERRUPTED: u8 = 130;
 /// Errors go to the error stream.
 #[must_use]
 pub fn run(registry: Registry) -> ExitCode {
-    memory::return_large_blocks();
     // Help and parsers list the known parts, so they are registered first.
     match registry.install() {
         Ok(()) => run_arguments(&Arguments::of_process()),

@@ -6,6 +6,7 @@ use crate::PARTIAL;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
+use crate::memory::return_large_blocks;
 use crate::options::{DataOptions, ModelOptions, SolverOptions, describe_model, solver_json};
 use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
@@ -73,6 +74,7 @@ impl RunCommand for EvaluateArguments {
     }
 
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        return_large_blocks();
         let mut saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;
         for text in &self.effects {
             saved.info.effects.push(json!(added_effect(text)?));

@@ -7,6 +7,7 @@ use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::interrupt::{seconds, stop_flag};
+use crate::memory::return_large_blocks;
 use crate::options::{DataOptions, built_in_spring_damper, check_plausible};
 use crate::output::Output;
 use crate::run_record::{self, made_by};
@@ -89,6 +90,7 @@ impl RunCommand for TrainArguments {
     }
 
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        return_large_blocks();
         if self.print {
             let curriculum = Curriculum::open(&self.curriculum, &overrides(self, global)?)?;
             console.json(&serde_json::to_value(&curriculum).unwrap_or(Value::Null));
