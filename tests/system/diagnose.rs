@@ -85,12 +85,17 @@ fn outcome_of(design: &[Case], id: &str) -> Outcome {
     outcome::run(design.iter().find(|c| c.id == id).expect("a case of the study")).0
 }
 
-/// Diagnoses a case of the study: it names these effects, and no others in the headline.
-fn names_in_case(id: &str, effects: &[&str]) {
-    let outcome = outcome_of(&design::full(), id);
+/// The headline names these effects, or what cannot be told from them.
+fn assert_names(outcome: &Outcome, effects: &[&str]) {
     for effect in effects {
         assert!(outcome.names(effect), "{effect}: {}", outcome.headline_text());
     }
+}
+
+/// Diagnoses a case of the study: it names these effects, and no others in the headline.
+fn names_in_case(id: &str, effects: &[&str]) {
+    let outcome = outcome_of(&design::full(), id);
+    assert_names(&outcome, effects);
     assert_eq!(outcome.superfluous(), 0, "{}", outcome.headline_text());
 }
 
@@ -543,9 +548,7 @@ mod long {
     #[ignore = "long"]
     fn baseline_recordings_are_asked_for_the_scales_of_the_cause() {
         let outcome = outcome_of(&design::of_seed(6), "pairs-005");
-        for effect in ["tendon_slack", "cogging"] {
-            assert!(outcome.names(effect), "{effect}: {}", outcome.headline_text());
-        }
+        assert_names(&outcome, &["tendon_slack", "cogging"]);
         assert_eq!(outcome.verdict, "explained", "{}", outcome.headline_text());
     }
 
@@ -560,10 +563,7 @@ mod long {
     #[test]
     #[ignore = "long"]
     fn a_delay_is_named_beside_the_timing_of_the_force() {
-        let outcome = outcome_of(&design::of_seed(7), "pairs-021");
-        for effect in ["actuation_delay", "creep"] {
-            assert!(outcome.names(effect), "{effect}: {}", outcome.headline_text());
-        }
+        assert_names(&outcome_of(&design::of_seed(7), "pairs-021"), &["actuation_delay", "creep"]);
     }
 
     /// A model error that is confined to the first half of the excitation looks like a cause that ends there, in the baseline recordings as

@@ -6,8 +6,8 @@ use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::Candidates;
 use pam_core::parallel;
-use pam_numerics::dot;
 use pam_numerics::statistics::t_quantile_95;
+use pam_numerics::{ScaledCholesky, dot};
 use pam_vocabulary::ParameterInfo;
 use serde::Serialize;
 
@@ -80,9 +80,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         let count = fit.hypothesis.parameters(self.system).len();
         let factor = equations.factor();
         let of_parameter = |k: usize| -> Vec<f64> {
-            let mut unit = vec![0.0; equations.unknowns()];
-            unit[k] = 1.0;
-            let row = factor.as_ref().and_then(|f| f.solve(&unit));
+            let row = inverse_row(factor.as_ref(), equations.unknowns(), k);
             let row = row.unwrap_or_else(|| vec![0.0; equations.unknowns()]);
             equations.blocks.iter().map(|b| dot(&row, b)).collect()
         };
@@ -108,9 +106,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         let factor = equations.factor();
         let rows: Vec<Vec<f64>> = (0..parameters)
             .map(|k| {
-                let mut unit = vec![0.0; equations.unknowns()];
-                unit[k] = 1.0;
-                let row = factor.as_ref().and_then(|f| f.solve(&unit));
+                let row = inverse_row(factor.as_ref(), equations.unknowns(), k);
                 row.unwrap_or_else(|| vec![0.0; equations.unknowns()])
             })
             .collect();
@@ -155,11 +151,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         let parameters = fit.hypothesis.parameters(self.system);
         let blocks = equations.blocks.len() as f64;
         let factor = equations.factor();
-        let row = |k: usize| -> Option<Vec<f64>> {
-            let mut unit = vec![0.0; equations.unknowns()];
-            unit[k] = 1.0;
-            factor.as_ref()?.solve(&unit)
-        };
+        let row = |k: usize| inverse_row(factor.as_ref(), equations.unknowns(), k);
         let covariance = |a: &[f64], b: &[f64]| -> f64 {
             let clustered: f64 = equations.blocks.iter().map(|g| dot(a, g) * dot(b, g)).sum();
             let priors = a.iter().zip(b).zip(&equations.precisions);
@@ -204,6 +196,13 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             })
             .collect())
     }
+}
+
+/// Row `k` of the inverse of a factored Hessian; `None` if it is singular.
+fn inverse_row(factor: Option<&ScaledCholesky>, unknowns: usize, k: usize) -> Option<Vec<f64>> {
+    let mut unit = vec![0.0; unknowns];
+    unit[k] = 1.0;
+    factor?.solve(&unit)
 }
 
 /// The error of a nuisance with limits.

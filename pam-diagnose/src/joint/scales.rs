@@ -33,19 +33,18 @@ pub(super) fn data_scales(
     let sizes = |f: &dyn Fn(&Trial, usize) -> Vec<f64>| -> Vec<f64> {
         open.iter().flat_map(|&(t, n)| f(t, n)).collect()
     };
-    let force_of = |t: &Trial, n: usize| {
-        let values = 2 * t.record.steps_per_point * n;
-        t.record.force.values_mn()[..values].to_vec()
-    };
-    let absolute = |values: Vec<f64>| values.into_iter().map(f64::abs).collect::<Vec<_>>();
-    let force = sizes(&|t, n| absolute(force_of(t, n)));
+    let forces = |t: &Trial, n: usize| 0..2 * t.record.steps_per_point * n;
+    let force =
+        sizes(&|t, n| t.record.force.values_mn()[forces(t, n)].iter().map(|f| f.abs()).collect());
     // A limit just below the peaks of the noise would remove noise, and the prediction would be better for it.
     let mut quiet_force = sizes(&|t, n| {
-        let mut values = force_of(t, n);
-        if let Some(doubtful) = &t.record.doubtful_force {
-            values.iter_mut().zip(doubtful.values_mn()).for_each(|(f, noise)| *f -= noise);
+        let whole = &t.record.force.values_mn()[forces(t, n)];
+        match &t.record.doubtful_force {
+            Some(doubtful) => {
+                whole.iter().zip(doubtful.values_mn()).map(|(f, noise)| (f - noise).abs()).collect()
+            }
+            None => whole.iter().map(|f| f.abs()).collect(),
         }
-        absolute(values)
     });
     let travel = sizes(&|t, n| {
         let x = &t.record.measured[0][..n];
@@ -69,8 +68,9 @@ pub(super) fn data_scales(
     }
     quiet_force.sort_unstable_by(f64::total_cmp);
     let last = quiet_force.len().saturating_sub(1);
-    let force_quantiles_n = (0..=QUANTILES.min(last))
-        .filter_map(|k| quiet_force.get(k * last / QUANTILES.min(last).max(1)))
+    let intervals = QUANTILES.min(last);
+    let force_quantiles_n = (0..=intervals)
+        .filter_map(|k| quiet_force.get(k * last / intervals.max(1)))
         .map(|f| f / MN_PER_N)
         .collect();
     let (force_n, travel_mm) = (percentile(force, high) / MN_PER_N, percentile(travel, high));

@@ -351,8 +351,8 @@ settings! {
         /// A cause is minor as well if it removes less than this share of what all named causes remove, whatever the noise is: other
         /// causes whose forces are wrong by 3 % leave as much.
         negligible_share: f64 = 0.001, "–", SHARE, STUDIES;
-        /// Such a cause is not minor if its error is as large as the noise, and if a value at which it is absent is at least this multiple of
-        /// half its interval away: what stands for the wrong force of another cause is not so certain.
+        /// A cause below `negligible_share` is not minor if the error without it exceeds the noise and its value is at least this many
+        /// half-widths of its interval away from absence. A cause that stands in for a wrong law of another one is less certain.
         certain_ratio: f64 = 10.0, "–", FACTOR, STUDIES;
         /// The model is inadequate if its own errors on baseline recordings are more than this multiple of the noise, and
         /// the errors in the data less than this multiple of those. Errors of a channel below this multiple are within its band.

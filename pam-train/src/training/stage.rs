@@ -183,11 +183,11 @@ impl Trainer {
         let stage = &self.curriculum.stages[self.state.stage];
         // Pressures alone say nothing of the force.
         if !matches!(stage, Stage::Gas(_)) {
-            let recordings = select(&self.train, stage.recordings()).cloned();
             let mut engine = self.scoring.take().map_or_else(|| self.scoring_engine(), Ok)?;
+            let recordings = select(&self.train, stage.recordings()).cloned();
             result.r2_train = self.mean_r2(&mut *engine, recordings)?;
-            result.r2_held_out = self.mean_r2(&mut *engine, self.held_out.subjects())?;
             self.scoring = Some(engine);
+            result.r2_held_out = self.score_held_out()?;
         }
         self.state.results.push(result);
         self.state.stage += 1;

@@ -44,8 +44,8 @@ impl<C: Candidates + ?Sized> Channel<'_, C> {
         let line = spectrum.foreign_line(&settings.residual).filter(clear)?;
         (!rings(problem, self.of.hypothesis, self.index, line.frequency_hz)).then(|| {
             let text = format!(
-                "{:.0} % of what is left of the {} is at {} Hz, where the excitation has nothing: something else drives \
-                 it",
+                "{:.0} % of the residual power of the {} is at {} Hz, a frequency that the excitation does not contain: something \
+                 else drives it",
                 100.0 * line.share,
                 self.output.name,
                 significant(line.frequency_hz, 3)

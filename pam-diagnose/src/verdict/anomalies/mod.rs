@@ -30,7 +30,7 @@ pub struct Anomaly {
     pub description: String,
 }
 
-/// The anomalies in what a hypothesis leaves; experiments that cannot be simulated have none.
+/// Anomalies in the residuals of a fitted hypothesis. Experiments whose simulation fails contribute none.
 pub(crate) fn anomalies<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     hypothesis: &Hypothesis,
@@ -52,7 +52,7 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
     found
 }
 
-/// What a hypothesis leaves of all experiments.
+/// Residuals of all experiments for a fitted hypothesis.
 struct Residuals<'a, C: ?Sized> {
     problem: &'a Problem<'a, C>,
     hypothesis: &'a Hypothesis,

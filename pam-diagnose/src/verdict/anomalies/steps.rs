@@ -67,8 +67,8 @@ impl<C: Candidates + ?Sized> Part<'_, C> {
     }
 }
 
-/// The drift of a residual over its rows by a straight line, and its size over its standard error, if what is left beside
-/// the line is a stationary noise.
+/// Change of the straight line fitted to a residual from its first row to its last, and the ratio of the slope to its standard error. The error
+/// assumes that the residual about the line is stationary.
 fn drift(rows: &[f64], order: usize) -> (f64, f64) {
     let n = rows.len() as f64;
     let (middle, centre) = (0.5 * (n - 1.0), mean(rows));
@@ -81,7 +81,7 @@ fn drift(rows: &[f64], order: usize) -> (f64, f64) {
     (slope * n, slope.abs() / error.max(f64::MIN_POSITIVE))
 }
 
-/// The step of the mean at a row over its standard error, if what is left beside it is a stationary noise.
+/// Ratio of the change of the mean at a row to its standard error, which assumes stationary noise before and after.
 fn step_ratio(rows: &[f64], at: usize, order: usize) -> f64 {
     let (before, after) = rows.split_at(at.clamp(1, rows.len() - 1));
     let sides = [before, after].map(|side| {

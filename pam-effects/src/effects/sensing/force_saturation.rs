@@ -7,8 +7,8 @@ use pam_numerics::statistics::root_mean_square;
 
 /// Largest limit, relative to the largest force.
 const HIGHEST: f64 = 0.95;
-/// Least root mean square of what is cut off, relative to the limit. It is 0.08 for a sine with a limit of nine tenths of its amplitude, and at
-/// most the relative size of the noise for a limit at the amplitude.
+/// Smallest RMS excess of the clipped samples over the limit, relative to the limit. A sine clipped at nine tenths of its amplitude has 0.08. For a
+/// limit at the amplitude, it is at most the relative noise of the force sensor.
 const LEAST_CUT: f64 = 0.05;
 
 /// Real force clipped at ± `force_n`.
