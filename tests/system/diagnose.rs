@@ -60,6 +60,39 @@ fn a_load_is_named_though_errors_of_the_masses_hide_it() {
     assert!(recovered(&d, "constant_load", "force_n", 2.0), "{:?}", d.causes);
 }
 
+/// A test recording that moves too little to reach the slack of the tendon says nothing about it, for or against: the slack, of which the
+/// other recordings leave no doubt, is named, and the verdict says what is missing.
+#[test]
+fn a_cause_that_the_test_data_do_not_excite_is_named_all_the_same() {
+    let saved = published_model();
+    let slack = Hidden::new("tendon_slack", &[("displacement_mm", 1.5), ("stiffness_loss", 0.3)]);
+    let runs = |conditions: &[[f64; 2]], amplitude_n: f64, seed| {
+        let sine = Excitation::Sines(vec![[1.0, amplitude_n, 10.0]]);
+        let effects = std::slice::from_ref(&slack);
+        plant_runs(&saved, conditions, &sine, effects, &Sensors::default(), seed)
+    };
+    let (data, test) = (runs(&CONDITIONS[..2], 400.0, 31), runs(&CONDITIONS[2..], 50.0, 32));
+    let model = ExtendedModel::from_saved(saved.clone()).unwrap();
+    let sets = RecordingSets { data: &data, test: Some(&test), baseline: None };
+    let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+    let d = diagnose(&model, &sets, &options, &|_, _| {}).unwrap();
+    assert_eq!(d.named(), ["tendon_slack"], "{:?}", d.reasons);
+    assert!(recovered(&d, "tendon_slack", "displacement_mm", 1.5), "{:?}", d.causes);
+    assert_eq!(d.verdict, Verdict::PartlyExplained, "{:?}", d.reasons);
+    assert!(d.reasons[0].starts_with("the test data do not test tendon_slack"), "{:?}", d.reasons);
+}
+
+/// A chirp of ten seconds shows the stiffness of a creep within a quarter and its time constant between 0.2 and 70 s: the creep is named.
+#[test]
+fn a_creep_of_which_only_the_amplitude_is_certain_is_named() {
+    let outcome = outcome_of(&design::of_seed(8), "singles-005");
+    assert_names(&outcome, &["creep"]);
+    assert_eq!(outcome.superfluous(), 0, "{}", outcome.headline_text());
+    for (name, truth, [_, low, high]) in outcome.estimates() {
+        assert!(low <= truth && truth <= high, "{name}: {truth} beside {low} to {high}");
+    }
+}
+
 /// Leaves one of so many samples.
 fn thin(recording: &mut Recording, every: usize) {
     let r = recording;

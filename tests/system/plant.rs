@@ -5,6 +5,9 @@ use pam_core::force::{Dense, Mlp};
 use pam_core::{AnyForce, JointModel, NetworkForce};
 use pam_data::{Recording, load_model};
 use pam_effects::ExtendedModel;
+use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
+use pam_numerics::statistics::{root_mean_square, standard_deviation};
+use pam_tests::diagnose::subject;
 use pam_tests::magnitudes;
 use pam_tests::plant::{Colour, Excitation, Experiment, Hidden, Noise, Plant, Sensors, masses};
 use pam_tests::study::criteria::limits;
@@ -177,6 +180,40 @@ fn without_effects_the_plant_is_the_model() {
     let x = worst(&predicted.displacement_mm, &r.displacement_mm);
     let p = worst(&predicted.pressure_extensor_kpa, &r.pressure_extensor_kpa);
     assert!(x < 1e-3 && p < 0.02, "{x} mm, {p} kPa");
+}
+
+/// The force of the published network has kinks, of which a fast motion passes several in 4 ms. Where in a step it does changes from cycle
+/// to cycle; with steps that are too long the motion gets lines between the multiples of its frequency, of 1 to 2 ‰, which a diagnosis
+/// of precise recordings took for an effect of dry friction.
+#[test]
+fn kinks_of_the_force_make_no_motion_of_their_own() {
+    let frequency_hz = 8.0;
+    let saved = load_model(pam_tests::published_weights()).unwrap();
+    let sines = Excitation::Sines(vec![[frequency_hz, 200.0, 8.0]]);
+    let recording = recorded(&saved.model, &sines, &[], &quiet(2000.0), 2.5e-5);
+    let trial = Trial::new(&saved.model, &subject(&saved, recording));
+    let smooth = Nuisances { lead_samples: 0.5, ..Nuisances::none() };
+    let mut out = Trajectory::default();
+    simulate::<f64>(&trial, &Base::of(&saved.model), &[], &[], &smooth, &mut out).unwrap();
+    // Whole cycles, after the transient.
+    let cycles = 500..1750;
+    let measured = &trial.record.measured[0][cycles.clone()];
+    let mut apart: Vec<f64> =
+        out.channels[0][cycles].iter().zip(measured).map(|(s, m)| s - m).collect();
+    let len = apart.len() as f64;
+    let per_point = TAU * frequency_hz * trial.record.step_s;
+    for harmonic in 0..=15 {
+        let wave = |f: fn(f64) -> f64| {
+            (0..apart.len()).map(|k| f(f64::from(harmonic) * per_point * k as f64)).collect()
+        };
+        for wave in [wave(f64::cos), wave(f64::sin)] as [Vec<f64>; 2] {
+            let size = wave.iter().map(|w| w * w).sum::<f64>().max(1e-3 * len);
+            let part = apart.iter().zip(&wave).map(|(a, w)| a * w).sum::<f64>() / size;
+            apart.iter_mut().zip(&wave).for_each(|(a, w)| *a -= part * w);
+        }
+    }
+    let between = root_mean_square(&apart) / standard_deviation(measured);
+    assert!(between < 3e-4, "{between}");
 }
 
 /// Amplitude and phase (rad) at 2 Hz of the second half of a channel.

@@ -141,6 +141,7 @@ fn findings(
     let input = VerdictInput {
         causes: causes.len(),
         confirmed: judged.confirmed,
+        untested: judged.untested.is_some(),
         reduced: judged.reduced,
         named_share: judged.explainable.named,
         left: judged.is_left(),
@@ -178,7 +179,7 @@ fn findings(
         reasons,
         score: SetScore {
             log_posterior: -0.5 * total(open, &names.best),
-            log_odds: 0.5 * (total(open, &names.base) - total(open, &names.best)),
+            log_odds: log_odds(open, &names),
         },
         ranking: ranking(system, &found),
         residual: ResidualSummary::of(open, &start, best, &prepared.floor()),
@@ -235,6 +236,9 @@ struct Judged {
     confirmed: bool,
     /// Whether they are not confirmed because the error of the simulation grows.
     grows: bool,
+    /// The [change](Comparison::change) that they make to the test data, if the score test cannot find it there and they are certain
+    /// without.
+    untested: Option<f64>,
     reduced: bool,
     inadequate: bool,
 }
@@ -265,6 +269,7 @@ impl Judged {
         let without = if comparison.is_some_and(|c| c.is_strained()) { &plain } else { base };
         let reduction = test.error_reduction(without, best, prepared.seed).overall;
         let confirmed = comparison.is_some_and(|c| c.confirms(&reduction));
+        let is_silent = comparison.is_some_and(|c| c.is_silent(&prepared.settings.verdict));
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {
             anomalies.push(Anomaly {
@@ -286,7 +291,10 @@ impl Judged {
             },
             // Without a test set, names are as good as training and validation data make them.
             confirmed: test.problem().is_empty() || confirmed,
-            grows: comparison.is_some_and(|c| c.reduced) && !confirmed,
+            grows: comparison.is_some_and(|c| c.reduced) && !confirmed && !is_silent,
+            untested: comparison
+                .filter(|_| !confirmed && is_silent && are_certain(open, names))
+                .map(|c| c.change),
             reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
             bands,
@@ -306,14 +314,20 @@ impl Judged {
         test: &TestSet<'_, C>,
     ) -> Vec<String> {
         let mut reasons = Vec::new();
-        if !causes.is_empty() && !self.confirmed {
-            let names: Vec<&str> = causes.iter().map(|c| c.effect.as_str()).collect();
+        let names: Vec<&str> = causes.iter().map(|c| c.effect.as_str()).collect();
+        let names = names.join(" and ");
+        if let (false, Some(change)) = (causes.is_empty(), self.untested) {
+            reasons.push(format!(
+                "the test data do not test {names}: as fitted, it changes the simulation there by {change:.1} standard deviations, as chance \
+                 does"
+            ));
+        } else if !causes.is_empty() && !self.confirmed {
             let why = if self.grows {
                 "the error of the simulation grows there, and its starts and masses are less likely"
             } else {
                 "the error there is not proven to be smaller"
             };
-            reasons.push(format!("the test data do not confirm {}: {why}", names.join(" and ")));
+            reasons.push(format!("the test data do not confirm {names}: {why}"));
         }
         if !causes.is_empty() && self.confirmed && !self.reduced {
             reasons.push(
@@ -361,6 +375,19 @@ impl Judged {
         }
         reasons
     }
+}
+
+/// Whether the named causes are certain without the test data: the odds against no cause are decisive, and the region that holds the truth
+/// of all candidates at once has none of them absent.
+fn are_certain<C: Candidates + ?Sized>(open: &Problem<'_, C>, names: &Names) -> bool {
+    let decisive = open.settings.verdict.confusable_odds.ln();
+    let mut headline = names.causes.iter().filter(|c| !c.minor);
+    log_odds(open, names) > decisive && headline.all(|c| !c.may_be_chance)
+}
+
+/// Logarithm of the odds of the named causes against none.
+fn log_odds<C: Candidates + ?Sized>(open: &Problem<'_, C>, names: &Names) -> f64 {
+    0.5 * (total(open, &names.base) - total(open, &names.best))
 }
 
 /// Effects that are named more than once: what acts with other values at other times or in other recordings may depend on something

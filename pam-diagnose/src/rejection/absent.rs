@@ -55,13 +55,31 @@ pub(crate) fn may_be_absent<'p>(
     size * size / variance <= chi_square_quantile(probability, offs.len() as f64)
 }
 
-/// Whether the interval of a scale of a cause says nothing.
+/// Whether the interval of a scale of a cause says nothing: its ends are further apart than `rejection.vague_ratio`, and the magnitude of
+/// the cause may be zero by chance as well, or nothing limits the scale but its range. The amplitude of a creep that is slower than the
+/// recording is well known though its time constant may be anything from there on.
 pub(crate) fn vague<C: Candidates + ?Sized>(problem: &Problem<'_, C>, cause: &Cause) -> bool {
     let ratio = problem.settings.rejection.vague_ratio;
     let infos = problem.system.candidate(cause.member.candidate).parameters;
-    // An interval without a number is vague as well.
-    let narrow = |i: &Interval| i.ci95[1] <= ratio * i.ci95[0];
-    infos.iter().zip(&cause.parameters).any(|(p, (_, i))| p.logarithmic && !narrow(i))
+    let has_certain_magnitude = !cause.may_be_chance && infos.iter().any(|p| p.off.is_some());
+    let is_vague = |(info, (_, interval)): (&ParameterInfo, &(&str, Interval))| {
+        info.logarithmic && says_nothing(interval, info, ratio, has_certain_magnitude)
+    };
+    infos.iter().zip(&cause.parameters).any(is_vague)
+}
+
+/// Whether an interval of a scale says nothing, of a cause whose magnitude is certain or not.
+fn says_nothing(
+    interval: &Interval,
+    info: &ParameterInfo,
+    ratio: f64,
+    has_certain_magnitude: bool,
+) -> bool {
+    let ([low, high], range) = (interval.ci95, info.range);
+    // An interval without a number says nothing as well.
+    let is_narrow = high <= ratio * low;
+    let is_limited = low > range[0] || high < range[1];
+    !is_narrow && !(has_certain_magnitude && is_limited)
 }
 
 #[cfg(test)]
@@ -82,6 +100,22 @@ mod tests {
         let of_all = 1.0 - 0.05 / 28.0;
         assert!(is_absent(1.55, 1.0, of_all));
         assert!(!is_absent(1.65, 1.0, of_all));
+    }
+
+    /// A time constant between a second and a day says something of an amplitude that is certain; the whole range, or no number,
+    /// never does.
+    #[test]
+    fn a_wide_scale_is_no_reason_against_a_certain_magnitude() {
+        let info = ParameterInfo::scale("time_constant_s", [0.02, 1000.0]);
+        let nothing = |ci95: [f64; 2], is_certain: bool| {
+            says_nothing(&Interval { value: 4.0, ci95 }, &info, 100.0, is_certain)
+        };
+        assert!(!nothing([1.0, 90.0], false));
+        assert!(nothing([0.2, 90.0], false));
+        assert!(!nothing([0.2, 90.0], true));
+        assert!(!nothing([0.2, 1000.0], true));
+        assert!(nothing([0.02, 1000.0], true));
+        assert!(nothing([f64::NAN; 2], true));
     }
 
     /// A cause without a parameter that switches it off is there.

@@ -261,7 +261,7 @@ settings! {
         mimic_spread: f64 = 0.6, "–", COST, STUDIES;
         /// Share of the removable error from which a name stands whatever its spread.
         mimic_share: f64 = 0.8, "–", SHARE, STUDIES;
-        /// Ratio of the ends of a scale's interval beyond which it says nothing.
+        /// Ratio of the ends of a scale's interval beyond which it says nothing, unless the magnitude of the cause is certain.
         vague_ratio: f64 = 100.0, "–", FACTOR, STUDIES;
         /// Parts of each recording in which a cause is refitted.
         stability_parts: usize = 3, "parts", COUNT, STUDIES;

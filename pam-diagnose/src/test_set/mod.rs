@@ -13,14 +13,21 @@ use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Problem};
 use crate::onset::{LateFault, late_fault, with_own_times};
 use crate::search::{Candidates, TIE};
+use crate::settings::VerdictSettings;
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
 use crate::verdict::{Anomaly, ChannelBand};
 use pam_core::parallel;
-use pam_numerics::statistics::{mean, mean_half_width_95, positive_mean_p_value};
+use pam_numerics::statistics::{
+    chi_square_quantile, mean, mean_half_width_95, positive_mean_p_value,
+};
 
 /// Drop of the prior cost of nuisances that is clear by itself: χ² of one degree of freedom exceeds it once in 600 cases.
 pub(crate) const CLEAR_PRIOR_COST: f64 = 10.0;
+
+/// [Change](Comparison::change) of the simulation below which its test finds chance: the expected ratio of mean to scatter is less than
+/// the scatter of that ratio.
+const LEAST_CHANGE: f64 = 1.0;
 
 /// Two hypotheses on the test rows.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +47,9 @@ pub(crate) struct Comparison {
     /// Drop of minus two times the logarithm of the posterior probability. Rows over which what the second leaves is correlated count as
     /// one observation. It does not need the error to be in many blocks, as the tests of `reduced` do.
     pub(crate) evidence: f64,
+    /// Root of the sum of `s²` in whitened rows, of which those over which the residual is correlated count as one: the ratio of mean to
+    /// scatter that the score test of `Σ r·s` is expected to find if the second is right.
+    pub(crate) change: f64,
 }
 
 impl Comparison {
@@ -51,8 +61,17 @@ impl Comparison {
     /// Whether the test data confirm the second hypothesis. Errors of the measured starts and masses can exceed the effect of a weak cause
     /// and have either sign, so a significantly negative error reduction counts against it only if the fitted starts and masses are
     /// also less likely than under the first.
+    /// A second hypothesis that hardly changes the simulation is not confirmed by a change that chance makes as well.
     pub(crate) fn confirms(&self, reduction: &OverallReduction) -> bool {
-        self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
+        let is_seen = self.change > LEAST_CHANGE || self.is_strained();
+        is_seen && self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
+    }
+
+    /// Whether the test data cannot tell: even if the second hypothesis is right, the score test is not expected to reach its
+    /// significance there.
+    pub(crate) fn is_silent(&self, settings: &VerdictSettings) -> bool {
+        let needed = chi_square_quantile(1.0 - 2.0 * settings.score_p_value, 1.0);
+        self.change.powi(2) < needed && !self.is_strained()
     }
 
     /// Whether the test data confirm a correction or a law: its error reduction is significant. What acts now and then, or less than the
@@ -130,6 +149,7 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         // Nuisances that are as measured speak for a cause.
         let taken = prior(&before) - prior(&after);
         let (mut gains, mut relative, mut scores) = (Vec::new(), Vec::new(), Vec::new());
+        let mut changed = 0.0;
         for i in 0..problem.len() {
             let residuals = |fit: &Fit| problem.whitened_residuals(&fit.hypothesis, i).ok();
             let (old, new) = (residuals(&before)?, residuals(&after)?);
@@ -141,6 +161,7 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
                 gains.push((old - new) / block);
                 relative.push((old - new) / (old + new).max(f64::MIN_POSITIVE));
                 scores.push((old - both) / block);
+                changed += old + new - 2.0 * both;
             }
         }
         let (gain, of_relative) = (mean(&gains), mean(&relative));
@@ -162,6 +183,7 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
             chi_squares: [chi_square(&before), chi_square(&after)],
             reduced: clear || by_blocks || agrees,
             prior_drop: taken,
+            change: (changed.max(0.0) / correlated).sqrt(),
         })
     }
 

@@ -22,7 +22,7 @@ pub enum Verdict {
     NothingFound,
     /// Each channel of the test data is within its noise with the named causes.
     Explained,
-    /// The named causes stand, and a second error remains.
+    /// The named causes stand, and a second error remains, a value is doubtful, or the test data do not test them.
     PartlyExplained,
     /// There is an error, and no listed cause explains it.
     Unexplained,
@@ -53,6 +53,8 @@ pub struct VerdictInput {
     /// Whether the test data confirm them: with fitted starts and masses, the whitened error is significantly smaller; with measured
     /// ones, the error is not significantly larger, or the fitted ones are about as likely with the causes as without.
     pub confirmed: bool,
+    /// Whether the test data cannot confirm causes that are certain without: as fitted, these change nothing there beside the noise.
+    pub untested: bool,
     /// Whether the error of the simulation on the test data is proven to be smaller: the interval of the error reduction is
     /// above zero.
     pub reduced: bool,
@@ -74,6 +76,7 @@ impl Verdict {
     /// | 0 | the model's own errors are as large | model inadequate |
     /// | 0 | something is left that is no noise | unexplained |
     /// | 0 | otherwise | nothing found |
+    /// | > 0 | the test data cannot confirm them, and they are certain without | partly explained |
     /// | > 0 | the test data do not confirm them | unconfirmed |
     /// | > 0 | they remove less than `named_share` of the removable error, and something is left | unexplained |
     /// | > 0 | something is left that is no noise, a value is doubtful, or no error reduction is proven | partly explained |
@@ -85,6 +88,7 @@ impl Verdict {
             0 if e.inadequate => Self::ModelInadequate,
             0 if e.left => Self::Unexplained,
             0 => Self::NothingFound,
+            _ if e.untested && !e.confirmed => Self::PartlyExplained,
             _ if !e.confirmed => Self::Unconfirmed,
             _ if e.named_share < settings.named_share && e.left => Self::Unexplained,
             _ if e.left || e.doubtful || !e.reduced => Self::PartlyExplained,

@@ -14,6 +14,7 @@ mod before;
 mod friction;
 mod gas;
 mod gas_table;
+mod halving;
 mod input;
 pub(crate) mod integrator;
 pub(crate) mod measured;

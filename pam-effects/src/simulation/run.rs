@@ -179,10 +179,10 @@ fn true_channels<S: EffectScalar>(
 }
 
 /// A simulation, for the vectors of this machine.
-struct Running<'r, 'a, S> {
-    joint: &'r mut JointIntegrator<'a, S, ForceTable>,
-    points: usize,
-    channels: &'r mut [Vec<S>; 4],
+pub(super) struct Running<'r, 'a, S> {
+    pub(super) joint: &'r mut JointIntegrator<'a, S, ForceTable>,
+    pub(super) points: usize,
+    pub(super) channels: &'r mut [Vec<S>; 4],
 }
 
 impl<S: EffectScalar> WithSimd for Running<'_, '_, S> {
@@ -194,8 +194,8 @@ impl<S: EffectScalar> WithSimd for Running<'_, '_, S> {
     }
 }
 
-/// Substeps of each step of the grid (4 ms, or less where the samples are closer) that the mechanics of a model needs on a
-/// trial, without effects; at most 32, which may not be enough.
+/// Substeps of each step of the grid (4 ms, or less where the samples are closer) that the mechanics of a model and the kinks of its
+/// force need on a trial, without effects; at most 32, which may not be enough.
 #[must_use]
 pub fn needed_substeps(trial: &Trial, base: &Base<f64>) -> usize {
     substeps_of(trial, base, &[], &[])
@@ -213,5 +213,5 @@ fn substeps_of<S: EffectScalar>(
     let (record, measured) = (&trial.record, Measured::of(&trial.record));
     let none = Nuisances::none();
     let mut joint = JointIntegrator::new(record, &base, &trial.table, &parts, &measured, &none, 1);
-    substeps(&mut joint)
+    substeps(&mut joint).max(trial.least_substeps)
 }

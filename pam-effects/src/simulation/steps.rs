@@ -5,6 +5,7 @@
 //! answers a steady `u = exp(iωt)` with a gain that differs from `1/(iω − λ)`. Both are known numbers, so the step follows
 //! from two requirements: decaying modes decay, and the gain is accurate at the frequencies of the measured motion. The gain's
 //! error bounds that of a resonance's frequency, too: the gain has its pole there.
+//! A force with kinks asks for more, which [`halving`](super::halving) measures.
 
 use super::base::BaseForce;
 use super::integrator::JointIntegrator;
@@ -21,7 +22,7 @@ const KEPT_ERROR: f64 = 1e-4;
 /// Most that a dying mode may keep in a step: a margin to the limit 1 of stability.
 const LARGEST_KEPT: f64 = 0.95;
 /// Most substeps of a step of the grid. Faster mechanics is not resolved: it diverges, and the simulation says so.
-const MOST: usize = 32;
+pub(super) const MOST: usize = 32;
 
 /// Substeps of each step of the grid for a joint, with its effects at their present values: a power of two, so that
 /// small changes of the values seldom change it.

@@ -1,5 +1,7 @@
 //! A recording made ready for simulation.
 
+use super::base::Base;
+use super::halving::substeps_by_halving;
 use super::record::ResampledRecord;
 use super::table::ForceTable;
 use pam_core::{ForceModel, JointModel, Latest, SealedMasses};
@@ -14,6 +16,8 @@ pub struct Trial {
     pub record: ResampledRecord,
     /// The base model's force.
     pub table: ForceTable,
+    /// Least substeps of each step of the grid, by the [kinks](substeps_by_halving) of the force.
+    pub(super) least_substeps: usize,
     /// The force at the masses of the latest simulations.
     tables: Latest<SealedMasses, ForceTable>,
     /// The recorded force with the leads of the latest simulations, in samples.
@@ -84,6 +88,7 @@ impl Trial {
         Self {
             record: self.record.part(points),
             table: self.table.clone(),
+            least_substeps: self.least_substeps,
             tables: Latest::new(TABLES),
             forces: Latest::new(LEADS),
         }
@@ -100,7 +105,9 @@ impl Trial {
             [low - margin, high + margin]
         };
         let table = ForceTable::new(model, subject.masses, around(ranges[0]), around(ranges[1]));
-        Self { record, table, tables: Latest::new(TABLES), forces: Latest::new(LEADS) }
+        let (tables, forces) = (Latest::new(TABLES), Latest::new(LEADS));
+        let trial = Self { record, table, least_substeps: 1, tables, forces };
+        Self { least_substeps: substeps_by_halving(&trial, &Base::of(model)), ..trial }
     }
 }
 
