@@ -80,6 +80,7 @@ fn a_cause_that_the_test_data_do_not_excite_is_named_all_the_same() {
     assert!(recovered(&d, "tendon_slack", "displacement_mm", 1.5), "{:?}", d.causes);
     assert_eq!(d.verdict, Verdict::PartlyExplained, "{:?}", d.reasons);
     assert!(d.reasons[0].starts_with("the test data do not test tendon_slack"), "{:?}", d.reasons);
+    assert!(d.untested_change.is_some_and(|change| change < 1.0), "{:?}", d.untested_change);
 }
 
 /// A chirp of ten seconds shows the stiffness of a creep within a quarter and its time constant between 0.2 and 70 s: the creep is named.

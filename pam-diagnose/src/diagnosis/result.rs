@@ -97,6 +97,10 @@ pub struct Diagnosis<M> {
     /// The test of the best beginning or end against chance; absent where none may reach the odds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub onset_test: Option<OnsetTest>,
+    /// By how many standard deviations the named causes, as fitted, change the simulation of the test data, where that is too little to
+    /// test them; absent where the test data confirm them, or nothing is named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub untested_change: Option<f64>,
     /// What is there in the test data only, if the rest of the error looks like it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub late_fault: Option<LateFault>,
@@ -166,6 +170,7 @@ impl Diagnosis<()> {
             null_test: self.null_test,
             remainder: self.remainder,
             onset_test: self.onset_test,
+            untested_change: self.untested_change,
             late_fault: self.late_fault,
             ladder: self.ladder,
             onset_curves: self.onset_curves,

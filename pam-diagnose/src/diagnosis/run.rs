@@ -187,6 +187,7 @@ fn findings(
         explainable: judged.explainable,
         null_test,
         onset_test: in_time.test,
+        untested_change: judged.untested.filter(|_| !causes.is_empty()),
         late_fault: late,
         ladder: None,
         onset_curves: in_time.curves,
@@ -268,7 +269,9 @@ impl Judged {
         let plain = Hypothesis { shared: best.shared.clone(), ..base.clone() };
         let without = if comparison.is_some_and(|c| c.is_strained()) { &plain } else { base };
         let reduction = test.error_reduction(without, best, prepared.seed).overall;
-        let confirmed = comparison.is_some_and(|c| c.confirms(&reduction));
+        // Without a test set, names are as good as training and validation data make them.
+        let confirmed =
+            test.problem().is_empty() || comparison.is_some_and(|c| c.confirms(&reduction));
         let is_silent = comparison.is_some_and(|c| c.is_silent(&prepared.settings.verdict));
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {
@@ -289,8 +292,7 @@ impl Judged {
                 any_correction: share(before, before - removable / count, lowest),
                 named: share(before, after, lowest),
             },
-            // Without a test set, names are as good as training and validation data make them.
-            confirmed: test.problem().is_empty() || confirmed,
+            confirmed,
             grows: comparison.is_some_and(|c| c.reduced) && !confirmed && !is_silent,
             untested: comparison
                 .filter(|_| !confirmed && is_silent && are_certain(open, names))
@@ -318,8 +320,8 @@ impl Judged {
         let names = names.join(" and ");
         if let (false, Some(change)) = (causes.is_empty(), self.untested) {
             reasons.push(format!(
-                "the test data do not test {names}: as fitted, it changes the simulation there by {change:.1} standard deviations, as chance \
-                 does"
+                "the test data do not test {names}: the simulation there changes by {change:.1} standard deviations only, no more than by \
+                 chance"
             ));
         } else if !causes.is_empty() && !self.confirmed {
             let why = if self.grows {

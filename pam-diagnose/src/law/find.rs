@@ -85,7 +85,7 @@ impl Rest {
             let causes = found.causes.iter().map(|c| c.stability_test.sentence(&c.effect));
             let more = outside.chain(renewed.anomalies.iter().map(|a| a.description.clone()));
             found.reasons.extend(more.chain(causes).filter(|r| !r.is_empty()));
-            found.late_fault = None;
+            (found.late_fault, found.untested_change) = (None, None);
             let Renewed { error_reduction, bands, anomalies, traces, explainable } = renewed;
             found.error_reduction = error_reduction;
             found.explainable = explainable;

@@ -79,6 +79,7 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
             let leading = headline::leading(d).0;
             let names = headline::capitalised(&headline::names(&leading));
             match Headline::of(d) {
+                _ if d.untested_change.is_some() => format!("{names}, not tested by the test data"),
                 Some(h) => format!("{names} {}", changed(&h, leading.len() == 1)),
                 None => format!("Diagnosis: {names}"),
             }
@@ -174,6 +175,14 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
         Verdict::Explained => {
             let reduction = reduction(leading.len() == 1);
             format!("{causes}{reduction}. The remaining error is noise.{more}{shares}")
+        }
+        Verdict::PartlyExplained if d.untested_change.is_some() => {
+            let (verb, object) =
+                if leading.len() == 1 { ("explains", "it") } else { ("explain", "them") };
+            format!(
+                "{causes} {verb} the error of the fitted recordings, but the test data do not test {object}, so the error reduction is not \
+                 measured. Record test data that excite {object}.{more}{because}"
+            )
         }
         Verdict::PartlyExplained => {
             let reduction = reduction(leading.len() == 1);

@@ -31,6 +31,9 @@ fn the_rule_has_one_outcome_for_each_combination() {
         (VerdictInput { doubtful: true, ..good }, PartlyExplained),
         (VerdictInput { reduced: false, ..good }, PartlyExplained),
         (VerdictInput { confirmed: false, ..good }, Unconfirmed),
+        // Test data that cannot tell are not against it.
+        (VerdictInput { confirmed: false, untested: true, ..good }, PartlyExplained),
+        (VerdictInput { untested: true, ..none }, NothingFound),
         (VerdictInput { confirmed: false, left: true, named_share: 0.0, ..good }, Unconfirmed),
     ];
     for (evidence, verdict) in rows {

@@ -124,6 +124,8 @@ class Diagnosis:
     null_test: NullTest | None
     #: The test of the best beginning or end against chance; ``None`` where none was looked for.
     onset_test: OnsetTest | None
+    #: Change that the named causes make to the test set, in standard deviations, where it is too small to test them.
+    untested_change: float | None
     #: What is there in the test set only.
     late_fault: LateFault | None
     #: The ladder, if one was asked for.
@@ -164,6 +166,7 @@ class Diagnosis:
             tuple(d["fitted"]),
             None if null is None else NullTest(**null),
             None if onset is None else OnsetTest(**onset),
+            d.get("untested_change"),
             None if late is None else LateFault._of(late),
             None if ladder is None else Ladder._of(ladder),
             None if remainder is None else Remainder._of(remainder),
