@@ -79,7 +79,7 @@ fn says_nothing(
     // An interval without a number says nothing as well.
     let is_narrow = high <= ratio * low;
     let is_limited = low > range[0] || high < range[1];
-    !is_narrow && !(has_certain_magnitude && is_limited)
+    !(is_narrow || has_certain_magnitude && is_limited)
 }
 
 #[cfg(test)]
