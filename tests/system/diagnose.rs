@@ -593,6 +593,13 @@ mod long {
         names_in_case("pairs-009", &["position_sensor_lag", "leak"]);
     }
 
+    /// Nothing is hidden. With steps of 4 ms, kinks of the published network give a sine of 7.9 Hz lines that are not in the data.
+    #[test]
+    #[ignore = "long"]
+    fn kinks_of_a_network_are_no_friction() {
+        assert_eq!(outcome_of(&design::of_seed(8), "nulls-153").verdict, "nothing_found");
+    }
+
     /// A delay is uncertain by the timing of the force within a sample, which has limits.
     #[test]
     #[ignore = "long"]

@@ -56,6 +56,11 @@ impl MotionSpectrum {
     pub(super) fn bands(&self) -> &[Band] {
         &self.bands
     }
+
+    /// The mean frequency by power, Hz.
+    pub(super) fn mean_hz(&self) -> f64 {
+        self.bands.iter().map(|band| band.share * band.rate / TAU).sum()
+    }
 }
 
 #[cfg(test)]
@@ -78,6 +83,8 @@ mod tests {
         let of = |hz: f64| shares.iter().find(|s| (s.0 - hz).abs() < 1e-9).map_or(0.0, |s| s.1);
         assert!((of(1.5) + of(1.75) - 1.0 / 1.01).abs() < 1e-4, "{shares:?}");
         assert!((of(6.5) + of(6.75) - 0.01 / 1.01).abs() < 1e-4, "{shares:?}");
+        let mean_hz = MotionSpectrum::new(&x, 4e-3, 4e-3).mean_hz();
+        assert!((mean_hz - (1.5 + 0.01 * 6.5) / 1.01).abs() < BAND_HZ, "{mean_hz}");
     }
 
     /// Of a joint that rests, or of too few points, nothing is known.
