@@ -102,8 +102,7 @@ mod tests {
         assert!(!is_absent(1.65, 1.0, of_all));
     }
 
-    /// A time constant between a second and a day says something of an amplitude that is certain; the whole range, or no number,
-    /// never does.
+    /// A time constant from 0.2 s on says something of an amplitude that is certain; the whole range, or no number, never does.
     #[test]
     fn a_wide_scale_is_no_reason_against_a_certain_magnitude() {
         let info = ParameterInfo::scale("time_constant_s", [0.02, 1000.0]);

@@ -12,7 +12,7 @@ use super::measured::Measured;
 use super::nuisances::Nuisances;
 use super::parts::Parts;
 use super::run::Running;
-use super::steps::{MOST, substeps};
+use super::steps::substeps;
 use super::trial::Trial;
 use pam_core::simd::arch;
 use pam_numerics::statistics::{root_mean_square, standard_deviation};
@@ -22,8 +22,8 @@ const FAST_HZ: f64 = 3.0;
 /// Largest change of the displacement by steps of half the length, as root mean square relative to its deviation: what a diagnosis grants
 /// any model (`noise.discrepancy`).
 const LARGEST_CHANGE: f64 = 2e-4;
-/// Most substeps for the kinks of a force, relative to those of its mechanics.
-const MOST_HALVED: usize = 4;
+/// Most substeps for the kinks of a force; where the mechanics needs as many, steps are short enough.
+const MOST_FOR_KINKS: usize = 4;
 
 /// Substeps of each step of the grid for a fast motion, from which on twice as many change the displacement of the base model by less
 /// than [`LARGEST_CHANGE`]; 1 for a slow one.
@@ -46,7 +46,7 @@ pub(super) fn substeps_by_halving(trial: &Trial, base: &Base<f64>) -> usize {
     let least = substeps(&mut joint(1));
     let mut now = least;
     let Some(mut coarse) = motion(now) else { return least };
-    while now < (MOST_HALVED * least).min(MOST) {
+    while now < MOST_FOR_KINKS {
         let Some(fine) = motion(2 * now) else { break };
         let change: Vec<f64> = coarse.iter().zip(&fine).map(|(a, b)| a - b).collect();
         let is_changed = root_mean_square(&change) > LARGEST_CHANGE * standard_deviation(&fine);

@@ -22,7 +22,7 @@ const KEPT_ERROR: f64 = 1e-4;
 /// Most that a dying mode may keep in a step: a margin to the limit 1 of stability.
 const LARGEST_KEPT: f64 = 0.95;
 /// Most substeps of a step of the grid. Faster mechanics is not resolved: it diverges, and the simulation says so.
-pub(super) const MOST: usize = 32;
+const MOST: usize = 32;
 
 /// Substeps of each step of the grid for a joint, with its effects at their present values: a power of two, so that
 /// small changes of the values seldom change it.
