@@ -60,8 +60,8 @@ fn a_load_is_named_though_errors_of_the_masses_hide_it() {
     assert!(recovered(&d, "constant_load", "force_n", 2.0), "{:?}", d.causes);
 }
 
-/// A test recording that moves too little to reach the slack of the tendon says nothing about it, for or against: the slack, of which the
-/// other recordings leave no doubt, is named, and the verdict says what is missing.
+/// A test recording whose motion never reaches the slack of the tendon can neither confirm nor refute it. The other recordings establish the
+/// slack beyond doubt, so it is named, and the reasons say that the test data do not test it.
 #[test]
 fn a_cause_that_the_test_data_do_not_excite_is_named_all_the_same() {
     let saved = published_model();

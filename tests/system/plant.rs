@@ -182,9 +182,9 @@ fn without_effects_the_plant_is_the_model() {
     assert!(x < 1e-3 && p < 0.02, "{x} mm, {p} kPa");
 }
 
-/// The force of the published network has kinks, of which a fast motion passes several in 4 ms. Where in a step it does changes from cycle
-/// to cycle; with steps that are too long the motion gets lines between the multiples of its frequency, of 1 to 2 ‰, which a diagnosis
-/// of precise recordings took for an effect of dry friction.
+/// The force of the published network has kinks, several of which a fast motion crosses within 4 ms. Steps of that length alias high harmonics
+/// to lines between the harmonics of the excitation, of 5 ‰ of the motion here, and a diagnosis of precise recordings took such
+/// lines for an effect of dry friction.
 #[test]
 fn kinks_of_the_force_make_no_motion_of_their_own() {
     let frequency_hz = 8.0;

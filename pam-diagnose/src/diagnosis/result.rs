@@ -97,8 +97,8 @@ pub struct Diagnosis<M> {
     /// The test of the best beginning or end against chance; absent where none may reach the odds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub onset_test: Option<OnsetTest>,
-    /// By how many standard deviations the named causes, as fitted, change the simulation of the test data, where that is too little to
-    /// test them; absent where the test data confirm them, or nothing is named.
+    /// Change of the simulation of the test data by the named causes, in standard deviations, if it is too small to test them; absent if
+    /// the test data confirm them, or nothing is named.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub untested_change: Option<f64>,
     /// What is there in the test data only, if the rest of the error looks like it.

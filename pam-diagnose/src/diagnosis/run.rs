@@ -187,7 +187,7 @@ fn findings(
         explainable: judged.explainable,
         null_test,
         onset_test: in_time.test,
-        untested_change: judged.untested.filter(|_| !causes.is_empty()),
+        untested_change: judged.untested,
         late_fault: late,
         ladder: None,
         onset_curves: in_time.curves,
@@ -237,8 +237,8 @@ struct Judged {
     confirmed: bool,
     /// Whether they are not confirmed because the error of the simulation grows.
     grows: bool,
-    /// The [change](Comparison::change) that they make to the test data, if the score test cannot find it there and they are certain
-    /// without.
+    /// The [change](Comparison::change) that they make to the test data, if it is too small for the score test and training and validation
+    /// data alone establish them.
     untested: Option<f64>,
     reduced: bool,
     inadequate: bool,
@@ -272,7 +272,7 @@ impl Judged {
         // Without a test set, names are as good as training and validation data make them.
         let confirmed =
             test.problem().is_empty() || comparison.is_some_and(|c| c.confirms(&reduction));
-        let is_silent = comparison.is_some_and(|c| c.is_silent(&prepared.settings.verdict));
+        let lacks_power = comparison.is_some_and(|c| c.lacks_power(&prepared.settings.verdict));
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {
             anomalies.push(Anomaly {
@@ -293,9 +293,9 @@ impl Judged {
                 named: share(before, after, lowest),
             },
             confirmed,
-            grows: comparison.is_some_and(|c| c.reduced) && !confirmed && !is_silent,
+            grows: comparison.is_some_and(|c| c.reduced) && !confirmed && !lacks_power,
             untested: comparison
-                .filter(|_| !confirmed && is_silent && are_certain(open, names))
+                .filter(|_| !confirmed && lacks_power && are_established(open, names))
                 .map(|c| c.change),
             reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
@@ -318,9 +318,9 @@ impl Judged {
         let mut reasons = Vec::new();
         let names: Vec<&str> = causes.iter().map(|c| c.effect.as_str()).collect();
         let names = names.join(" and ");
-        if let (false, Some(change)) = (causes.is_empty(), self.untested) {
+        if let Some(change) = self.untested {
             reasons.push(format!(
-                "the test data do not test {names}: the simulation there changes by {change:.1} standard deviations only, no more than by \
+                "the test data do not test {names}: the simulation there changes by only {change:.1} standard deviations, no more than by \
                  chance"
             ));
         } else if !causes.is_empty() && !self.confirmed {
@@ -379,12 +379,14 @@ impl Judged {
     }
 }
 
-/// Whether the named causes are certain without the test data: the odds against no cause are decisive, and the region that holds the truth
-/// of all candidates at once has none of them absent.
-fn are_certain<C: Candidates + ?Sized>(open: &Problem<'_, C>, names: &Names) -> bool {
+/// Whether training and validation data alone establish the causes of the headline: their odds against the model without causes are
+/// decisive, and each magnitude is significant after a Bonferroni correction for the number of candidates. False if there are none.
+fn are_established<C: Candidates + ?Sized>(open: &Problem<'_, C>, names: &Names) -> bool {
     let decisive = open.settings.verdict.confusable_odds.ln();
-    let mut headline = names.causes.iter().filter(|c| !c.minor);
-    log_odds(open, names) > decisive && headline.all(|c| !c.may_be_chance)
+    let mut headline = names.causes.iter().filter(|c| !c.minor).peekable();
+    headline.peek().is_some()
+        && log_odds(open, names) > decisive
+        && headline.all(|c| !c.may_be_chance)
 }
 
 /// Logarithm of the odds of the named causes against none.

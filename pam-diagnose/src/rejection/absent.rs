@@ -55,31 +55,31 @@ pub(crate) fn may_be_absent<'p>(
     size * size / variance <= chi_square_quantile(probability, offs.len() as f64)
 }
 
-/// Whether the interval of a scale of a cause says nothing: its ends are further apart than `rejection.vague_ratio`, and the magnitude of
-/// the cause may be zero by chance as well, or nothing limits the scale but its range. The amplitude of a creep that is slower than the
-/// recording is well known though its time constant may be anything from there on.
+/// Whether the data leave a scale of a cause undetermined. Its interval spans more than a factor of `rejection.vague_ratio`, and either the
+/// magnitude of the cause is not significant or the interval is the whole range of the parameter. If a creep is slower than the
+/// recording, for example, its stiffness is well determined while its time constant only has a lower bound.
 pub(crate) fn vague<C: Candidates + ?Sized>(problem: &Problem<'_, C>, cause: &Cause) -> bool {
     let ratio = problem.settings.rejection.vague_ratio;
     let infos = problem.system.candidate(cause.member.candidate).parameters;
-    let has_certain_magnitude = !cause.may_be_chance && infos.iter().any(|p| p.off.is_some());
+    let is_significant = !cause.may_be_chance && infos.iter().any(|p| p.off.is_some());
     let is_vague = |(info, (_, interval)): (&ParameterInfo, &(&str, Interval))| {
-        info.logarithmic && says_nothing(interval, info, ratio, has_certain_magnitude)
+        info.logarithmic && is_undetermined(interval, info, ratio, is_significant)
     };
     infos.iter().zip(&cause.parameters).any(is_vague)
 }
 
-/// Whether an interval of a scale says nothing, of a cause whose magnitude is certain or not.
-fn says_nothing(
+/// Whether this interval leaves a scale undetermined.
+fn is_undetermined(
     interval: &Interval,
     info: &ParameterInfo,
     ratio: f64,
-    has_certain_magnitude: bool,
+    is_significant: bool,
 ) -> bool {
     let ([low, high], range) = (interval.ci95, info.range);
-    // An interval without a number says nothing as well.
+    // So does an interval that is not a number.
     let is_narrow = high <= ratio * low;
     let is_limited = low > range[0] || high < range[1];
-    !(is_narrow || has_certain_magnitude && is_limited)
+    !(is_narrow || is_significant && is_limited)
 }
 
 #[cfg(test)]
@@ -102,19 +102,19 @@ mod tests {
         assert!(!is_absent(1.65, 1.0, of_all));
     }
 
-    /// A time constant from 0.2 s on says something of an amplitude that is certain; the whole range, or no number, never does.
+    /// A time constant of at least 0.2 s is enough beside a significant amplitude; the whole range, or no number, never is.
     #[test]
-    fn a_wide_scale_is_no_reason_against_a_certain_magnitude() {
+    fn a_wide_scale_is_no_reason_against_a_significant_magnitude() {
         let info = ParameterInfo::scale("time_constant_s", [0.02, 1000.0]);
-        let nothing = |ci95: [f64; 2], is_certain: bool| {
-            says_nothing(&Interval { value: 4.0, ci95 }, &info, 100.0, is_certain)
+        let undetermined = |ci95: [f64; 2], is_significant: bool| {
+            is_undetermined(&Interval { value: 4.0, ci95 }, &info, 100.0, is_significant)
         };
-        assert!(!nothing([1.0, 90.0], false));
-        assert!(nothing([0.2, 90.0], false));
-        assert!(!nothing([0.2, 90.0], true));
-        assert!(!nothing([0.2, 1000.0], true));
-        assert!(nothing([0.02, 1000.0], true));
-        assert!(nothing([f64::NAN; 2], true));
+        assert!(!undetermined([1.0, 90.0], false));
+        assert!(undetermined([0.2, 90.0], false));
+        assert!(!undetermined([0.2, 90.0], true));
+        assert!(!undetermined([0.2, 1000.0], true));
+        assert!(undetermined([0.02, 1000.0], true));
+        assert!(undetermined([f64::NAN; 2], true));
     }
 
     /// A cause without a parameter that switches it off is there.

@@ -25,8 +25,8 @@ use pam_numerics::statistics::{
 /// Drop of the prior cost of nuisances that is clear by itself: χ² of one degree of freedom exceeds it once in 600 cases.
 pub(crate) const CLEAR_PRIOR_COST: f64 = 10.0;
 
-/// [Change](Comparison::change) of the simulation below which its test finds chance: the expected ratio of mean to scatter is less than
-/// the scatter of that ratio.
+/// [Change](Comparison::change) of the simulation below which a significant test is a chance result: the expected statistic of the score test
+/// is smaller than its own standard deviation.
 const LEAST_CHANGE: f64 = 1.0;
 
 /// Two hypotheses on the test rows.
@@ -47,8 +47,8 @@ pub(crate) struct Comparison {
     /// Drop of minus two times the logarithm of the posterior probability. Rows over which what the second leaves is correlated count as
     /// one observation. It does not need the error to be in many blocks, as the tests of `reduced` do.
     pub(crate) evidence: f64,
-    /// Root of the sum of `s²` in whitened rows, of which those over which the residual is correlated count as one: the ratio of mean to
-    /// scatter that the score test of `Σ r·s` is expected to find if the second is right.
+    /// Norm of the change `s` over the whitened rows, with correlated rows counted as one observation: the expected statistic of the score
+    /// test of `Σ r·s`, in standard deviations, if the second hypothesis is true.
     pub(crate) change: f64,
 }
 
@@ -61,15 +61,15 @@ impl Comparison {
     /// Whether the test data confirm the second hypothesis. Errors of the measured starts and masses can exceed the effect of a weak cause
     /// and have either sign, so a significantly negative error reduction counts against it only if the fitted starts and masses are
     /// also less likely than under the first.
-    /// A second hypothesis that hardly changes the simulation is not confirmed by a change that chance makes as well.
+    /// A second hypothesis that hardly changes the simulation is not confirmed.
     pub(crate) fn confirms(&self, reduction: &OverallReduction) -> bool {
         let is_seen = self.change > LEAST_CHANGE || self.is_strained();
         is_seen && self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
     }
 
-    /// Whether the test data cannot tell: even if the second hypothesis is right, the score test is not expected to reach its
-    /// significance there.
-    pub(crate) fn is_silent(&self, settings: &VerdictSettings) -> bool {
+    /// Whether the test data lack the power to confirm the second hypothesis: if it is true, the expected statistic of the score test is
+    /// below its critical value.
+    pub(crate) fn lacks_power(&self, settings: &VerdictSettings) -> bool {
         let needed = chi_square_quantile(1.0 - 2.0 * settings.score_p_value, 1.0);
         self.change.powi(2) < needed && !self.is_strained()
     }

@@ -53,7 +53,7 @@ pub struct VerdictInput {
     /// Whether the test data confirm them: with fitted starts and masses, the whitened error is significantly smaller; with measured
     /// ones, the error is not significantly larger, or the fitted ones are about as likely with the causes as without.
     pub confirmed: bool,
-    /// Whether the test data cannot confirm causes that are certain without: as fitted, these change nothing there beside the noise.
+    /// Whether the test data lack the power to confirm causes that training and validation data alone establish.
     pub untested: bool,
     /// Whether the error of the simulation on the test data is proven to be smaller: the interval of the error reduction is
     /// above zero.
@@ -76,7 +76,7 @@ impl Verdict {
     /// | 0 | the model's own errors are as large | model inadequate |
     /// | 0 | something is left that is no noise | unexplained |
     /// | 0 | otherwise | nothing found |
-    /// | > 0 | the test data cannot confirm them, and they are certain without | partly explained |
+    /// | > 0 | the test data lack the power to confirm them, and the other data alone establish them | partly explained |
     /// | > 0 | the test data do not confirm them | unconfirmed |
     /// | > 0 | they remove less than `named_share` of the removable error, and something is left | unexplained |
     /// | > 0 | something is left that is no noise, a value is doubtful, or no error reduction is proven | partly explained |

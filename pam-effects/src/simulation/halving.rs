@@ -1,10 +1,10 @@
-//! Steps for forces with kinks, by trial.
+//! Step sizes for forces with kinks, by step halving.
 //!
-//! What [stability and accuracy](super::steps) ask of a step is right for a smooth force. Where the slopes of a force jump, as those of a
-//! network of leaky ReLUs, the error of a step depends on where in it they do: a periodic motion then has lines between the multiples of
-//! its frequency, which no joint has. The harmonic that steps of `h` turn into such a line is the `1/(h f)`-th, and harmonics by jumps of
-//! slopes fall with the square of their number, so fast motions show them. No local number tells how large they are: the motion
-//! itself is compared with one of half the step.
+//! The [criteria of stability and accuracy](super::steps) assume a smooth force. If its slope jumps, as in a leaky ReLU network, the error of a
+//! step depends on where in the step the kink lies, and the simulation of a periodic motion has spectral lines between the harmonics.
+//! They are aliases: with steps of `h`, harmonics of the order `1/(h f)` and above fold back. As a jump of the slope makes harmonics that
+//! decay with the square of their order, only fast motions show them. No local criterion predicts their amplitude, so the motion
+//! is compared with that of half the step.
 
 use super::base::Base;
 use super::integrator::JointIntegrator;
@@ -17,16 +17,16 @@ use super::trial::Trial;
 use pam_core::simd::arch;
 use pam_numerics::statistics::{root_mean_square, standard_deviation};
 
-/// Least mean frequency of a motion for which kinks are looked for, Hz.
+/// Mean frequency of a motion from which the step is tested by halving, Hz.
 const FAST_HZ: f64 = 3.0;
-/// Largest change of the displacement by steps of half the length, as root mean square relative to its deviation: what a diagnosis grants
-/// any model (`noise.discrepancy`).
+/// Tolerance of the displacement when the step is halved: root-mean-square difference over standard deviation. It equals the model
+/// discrepancy that a diagnosis assumes at least (`noise.discrepancy`).
 const LARGEST_CHANGE: f64 = 2e-4;
 /// Most substeps for the kinks of a force; where the mechanics needs as many, steps are short enough.
 const MOST_FOR_KINKS: usize = 4;
 
-/// Substeps of each step of the grid for a fast motion, from which on twice as many change the displacement of the base model by less
-/// than [`LARGEST_CHANGE`]; 1 for a slow one.
+/// Substeps per grid step at which halving the substep changes the displacement of the base model by less than [`LARGEST_CHANGE`], at most
+/// [`MOST_FOR_KINKS`]; 1 for a slow motion.
 pub(super) fn substeps_by_halving(trial: &Trial, base: &Base<f64>) -> usize {
     let (record, measured) = (&trial.record, Measured::of(&trial.record));
     if record.spectrum.mean_hz() < FAST_HZ {

@@ -5,7 +5,7 @@
 //! answers a steady `u = exp(iωt)` with a gain that differs from `1/(iω − λ)`. Both are known numbers, so the step follows
 //! from two requirements: decaying modes decay, and the gain is accurate at the frequencies of the measured motion. The gain's
 //! error bounds that of a resonance's frequency, too: the gain has its pole there.
-//! A force with kinks asks for more in a fast motion, which [`halving`](super::halving) measures.
+//! In fast motions a force with kinks may need shorter steps, which [`halving`](super::halving) finds.
 
 use super::base::BaseForce;
 use super::integrator::JointIntegrator;
