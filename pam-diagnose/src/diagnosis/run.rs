@@ -270,9 +270,11 @@ impl Judged {
         let without = if comparison.is_some_and(|c| c.is_strained()) { &plain } else { base };
         let reduction = test.error_reduction(without, best, prepared.seed).overall;
         // Without a test set, names are as good as training and validation data make them.
-        let confirmed =
-            test.problem().is_empty() || comparison.is_some_and(|c| c.confirms(&reduction));
-        let lacks_power = comparison.is_some_and(|c| c.lacks_power(&prepared.settings.verdict));
+        let settings = &prepared.settings.verdict;
+        let established = are_established(open, names);
+        let confirmed = test.problem().is_empty()
+            || comparison.is_some_and(|c| c.confirms(&reduction, established, settings));
+        let lacks_power = comparison.is_some_and(|c| c.lacks_power(settings));
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {
             anomalies.push(Anomaly {
@@ -295,7 +297,7 @@ impl Judged {
             confirmed,
             grows: comparison.is_some_and(|c| c.reduced) && !confirmed && !lacks_power,
             untested: comparison
-                .filter(|_| !confirmed && lacks_power && are_established(open, names))
+                .filter(|_| !confirmed && lacks_power && established)
                 .map(|c| c.change),
             reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),

@@ -125,6 +125,68 @@ impl Hypothesis {
         less
     }
 
+    /// The same with the magnitudes of the member at `place` multiplied by a factor, from the values at which they are off.
+    pub(crate) fn with_magnitudes<C: Candidates + ?Sized>(
+        &self,
+        system: &C,
+        place: usize,
+        factor: f64,
+    ) -> Self {
+        let infos = system.candidate(self.members[place].candidate).parameters;
+        let magnitudes = (0..infos.len()).filter(|&k| is_magnitude(&infos[k]));
+        self.with_multiples(system, place, magnitudes, factor)
+    }
+
+    /// The same with each of the fitted parameters of the member at `place` multiplied by a factor, and with all magnitudes, if it has
+    /// several.
+    pub(super) fn scaled<C: Candidates + ?Sized>(
+        &self,
+        system: &C,
+        place: usize,
+        factor: f64,
+    ) -> Vec<Self> {
+        let member = &self.members[place];
+        let own = member.fitted(system).into_iter().filter(|(k, _)| *k < member.own().len());
+        let own: Vec<(usize, ParameterInfo)> = own.collect();
+        let one = |k| self.with_multiples(system, place, std::iter::once(k), factor);
+        let mut all: Vec<Self> = own.iter().map(|(k, _)| one(*k)).collect();
+        if own.iter().filter(|(_, info)| is_magnitude(info)).count() > 1 {
+            all.push(self.with_magnitudes(system, place, factor));
+        }
+        all
+    }
+
+    /// The same with some parameters of the member at `place` multiplied by a factor, within their ranges and above their lower
+    /// bounds.
+    fn with_multiples<C: Candidates + ?Sized>(
+        &self,
+        system: &C,
+        place: usize,
+        parameters: impl Iterator<Item = usize>,
+        factor: f64,
+    ) -> Self {
+        let mut other = self.clone();
+        let infos = system.candidate(self.members[place].candidate).parameters;
+        for k in parameters {
+            let (off, [low, high]) = (infos[k].off.unwrap_or(0.0), infos[k].range);
+            let value = &mut other.members[place].values[k];
+            *value = (off + factor * (*value - off)).clamp(low, high);
+        }
+        other.raise_to_bounds(system);
+        other
+    }
+
+    /// Raises parameters below their lower bound ([`ParameterInfo::not_below`]) to it.
+    fn raise_to_bounds<C: Candidates + ?Sized>(&mut self, system: &C) {
+        for member in self.members.iter_mut().skip(self.fixed) {
+            for (k, info) in system.candidate(member.candidate).parameters.iter().enumerate() {
+                if let Some(other) = info.not_below {
+                    member.values[k] = member.values[k].max(member.values[other]);
+                }
+            }
+        }
+    }
+
     /// The candidates of the members in ascending order: two hypotheses with the same set have the same.
     #[must_use]
     pub fn set(&self) -> Vec<usize> {
@@ -180,13 +242,7 @@ impl Hypothesis {
             let value = &mut to.members[p.member].values[p.value];
             *value = from_coordinate(coordinate(*value, p.info) + change, p.info);
         }
-        for member in to.members.iter_mut().skip(self.fixed) {
-            for (k, info) in system.candidate(member.candidate).parameters.iter().enumerate() {
-                if let Some(other) = info.not_below {
-                    member.values[k] = member.values[k].max(member.values[other]);
-                }
-            }
-        }
+        to.raise_to_bounds(system);
         let moved = |values: &mut [f64], nuisances: &[Nuisance], change: &[f64]| {
             for ((v, n), d) in values.iter_mut().zip(nuisances).zip(change) {
                 *v = (*v + d).clamp(n.limits[0], n.limits[1]);

@@ -6,6 +6,7 @@ use super::normal::{Jacobian, WhitenedResiduals};
 use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::{Candidates, Nuisance};
+use pam_core::parallel;
 
 /// A hypothesis at its best fit.
 #[derive(Debug, Clone)]
@@ -154,6 +155,9 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             }
             let linearised = linearised.take().map_or_else(|| self.jacobian(&fit.hypothesis), Ok);
             self.improve(&mut fit, linearised?);
+            if fit.has_converged() {
+                self.step_over_ripples(&mut fit);
+            }
         }
         let parameters = fit.hypothesis.parameters(self.system);
         let limited: Vec<_> = parameters
@@ -209,6 +213,35 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             moved = next.map(|residuals| (residuals, fit.last_drop / expected));
             // Convergence is only declared with a Jacobian at the present values.
             fit.last_drop = fit.last_drop.max(fit.converged_drop);
+        }
+    }
+
+    /// A step of a compass search (Kolda, Lewis and Torczon 2003) in the parameters of members with a rugged cost, if it lowers the cost:
+    /// the ripples of such a cost have derivatives of their own, by which an iteration may end anywhere on a slope.
+    fn step_over_ripples(&self, fit: &mut Fit) {
+        let system = self.system;
+        let rugged: Vec<usize> = (fit.hypothesis.fixed..fit.hypothesis.members.len())
+            .filter(|&place| {
+                let member = &fit.hypothesis.members[place];
+                system.is_rugged(member.candidate, member.own())
+            })
+            .collect();
+        for factor in self.settings.search.rugged_factors {
+            let h = &fit.hypothesis;
+            let scaled = |f: f64| rugged.iter().flat_map(move |&place| h.scaled(system, place, f));
+            let others: Vec<Hypothesis> = scaled(factor).chain(scaled(1.0 / factor)).collect();
+            let evaluated = parallel::map_each(others, |h| {
+                let errors = self.errors(&h).ok()?;
+                Some((self.cost(&h, &errors), errors, h))
+            });
+            let best = evaluated.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((cost, errors, h)) = best else { return };
+            if cost < fit.cost - fit.converged_drop {
+                fit.last_drop = fit.cost - cost;
+                (fit.hypothesis, fit.errors, fit.cost) = (h, errors, cost);
+                fit.damping = self.settings.fit.first_damping;
+                return;
+            }
         }
     }
 

@@ -73,21 +73,12 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
     pub(super) fn at_best_amplitude(&self, start: Hypothesis) -> Hypothesis {
         let train = &self.choosing.train;
         let cost = |h: &Hypothesis| train.errors(h).map_or(f64::INFINITY, |e| train.cost(h, &e));
+        let Some(last) = start.members.len().checked_sub(1) else { return start };
+        let factors = self.whole.settings.search.amplitude_factors;
+        let larger = factors.map(|factor| start.with_magnitudes(self.whole.system, last, factor));
         let mut all = vec![start];
-        for factor in self.whole.settings.search.amplitude_factors {
-            let mut larger = all[0].clone();
-            let Some(member) = larger.members.last_mut() else { break };
-            let infos = self.whole.system.candidate(member.candidate).parameters;
-            for (value, info) in member.values.iter_mut().zip(infos) {
-                if let (Some(off), false) = (info.off, info.logarithmic) {
-                    let [low, high] = info.range;
-                    *value = (off + factor * (*value - off)).clamp(low, high);
-                }
-            }
-            if larger.members != all[0].members {
-                all.push(larger);
-            }
-        }
+        all.extend(larger);
+        all.dedup_by(|a, b| a.members == b.members);
         let costs = parallel::map_each(all, |h| (cost(&h), h));
         let best = costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
         best.expect("the start is among them").1

@@ -21,7 +21,8 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, mut 
             continue;
         }
         for k in 0..system.candidate(member.candidate).parameters.len() {
-            starts.extend(settings.rugged_factors.map(|factor| {
+            let [factor, ..] = settings.rugged_factors;
+            starts.extend([1.0 / factor, factor].map(|factor| {
                 let mut own = member.own().to_vec();
                 own[k] *= factor;
                 with_own(&h, place, &own)

@@ -249,8 +249,9 @@ settings! {
         iterations: usize = 12, "iterations", COUNT, TIME;
         /// Iterations from each start of the last refit.
         multi_start_iterations: usize = 12, "iterations", COUNT, TIME;
-        /// Factors on the parameters of dry friction in a multi-start: the cost is rugged in them.
-        rugged_factors: [f64; 2] = [0.75, 1.33], "–", POSITIVE, STUDIES;
+        /// Factors by which the parameters of dry friction, in which the cost is rugged, are multiplied and divided where a fit has
+        /// ended, and by the first of them in a multi-start.
+        rugged_factors: [f64; 2] = [1.33, 1.1], "–", POSITIVE, STUDIES;
     }
 }
 
@@ -320,6 +321,9 @@ settings! {
         /// Probability with which the residual of the test data goes with the change of the simulation by chance, below which
         /// causes are confirmed.
         score_p_value: f64 = 0.005, "–", SHARE, USUAL;
+        /// Drop of minus two times the logarithm of the posterior probability on the test data that confirms causes which the other
+        /// data establish, even if most of it is in one block. Errors of the model reach 75.
+        decisive_evidence: f64 = 100.0, "–", COST, STUDIES;
         /// Probability with which a channel without error is inside its noise band.
         band_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
         /// Weight of the Gaussian scatter of the blocks, in blocks, relative to their observed scatter.

@@ -61,10 +61,19 @@ impl Comparison {
     /// Whether the test data confirm the second hypothesis. Errors of the measured starts and masses can exceed the effect of a weak cause
     /// and have either sign, so a significantly negative error reduction counts against it only if the fitted starts and masses are
     /// also less likely than under the first.
-    /// A second hypothesis that hardly changes the simulation is not confirmed.
-    pub(crate) fn confirms(&self, reduction: &OverallReduction) -> bool {
+    /// A second hypothesis that hardly changes the simulation is not confirmed. Causes that are `established` by the other data need not be
+    /// in many blocks of the test data if the evidence is decisive.
+    pub(crate) fn confirms(
+        &self,
+        reduction: &OverallReduction,
+        established: bool,
+        settings: &VerdictSettings,
+    ) -> bool {
         let is_seen = self.change > LEAST_CHANGE || self.is_strained();
-        is_seen && self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
+        let is_decisive = established && self.evidence > settings.decisive_evidence;
+        is_seen
+            && (self.reduced || is_decisive)
+            && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
     }
 
     /// Whether the test data lack the power to confirm the second hypothesis: if it is true, the expected statistic of the score test is

@@ -90,6 +90,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             let refuted = causes.iter().enumerate().filter_map(reason);
             let least = refuted.min_by(|a, b| share(a.0).total_cmp(&share(b.0)));
             if let Some((place, reason)) = least {
+                let is_vague = !causes[place].may_be_absent && vague(problem, &causes[place]);
                 let Cause { effect, inclusion, .. } = causes.swap_remove(place);
                 refused.push(Refused { effect, inclusion, reason });
                 barred.push(best.hypothesis.members[place].candidate);
@@ -102,6 +103,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                     set = better;
                 } else if set.members.is_empty() {
                     set = self.rival(&barred).unwrap_or(set);
+                } else if is_vague {
+                    set = self.rival_beside(&set, &barred).unwrap_or(set);
                 }
                 continue;
             }
@@ -129,19 +132,44 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     /// The most probable set without the refused candidates that has no more members than the chosen set; `None` if the odds of the
     /// chosen set against it are decisive.
     fn rival(&self, barred: &[usize]) -> Option<Hypothesis> {
+        let limit = self.rows.whole.settings.verdict.confusable_odds.ln();
+        let best = self.best_without(barred, |h| !h.members.is_empty())?;
+        (self.found.best.log_odds(best) < limit).then(|| best.hypothesis().clone())
+    }
+
+    /// The most probable of these sets with further members beside the `rest`; `None` if its odds against the rest are not enough for a
+    /// further cause. A cause of which the data do not determine a scale is there nevertheless, and another name may do without the scale.
+    fn rival_beside(&self, rest: &Hypothesis, barred: &[usize]) -> Option<Hypothesis> {
+        let is_larger = |h: &Hypothesis| {
+            h.members.len() > rest.members.len()
+                && rest.members.iter().all(|m| h.contains(m.candidate))
+        };
+        let best = self.best_without(barred, is_larger)?;
+        let iterations = self.rows.whole.settings.search.iterations;
+        let fitted = |h: &Hypothesis| self.rows.fitted(h.clone(), iterations);
+        let (best, rest) = parallel::join(|| fitted(best.hypothesis()), || fitted(rest));
+        let best = best?;
+        (best.log_odds(&rest?) > self.rows.needed_log_odds()).then(|| best.hypothesis().clone())
+    }
+
+    /// The most probable set of the search without the refused candidates, with no more members than the chosen set, for which a
+    /// condition holds; `None` beside causes that begin or end.
+    fn best_without(
+        &self,
+        barred: &[usize],
+        holds: impl Fn(&Hypothesis) -> bool,
+    ) -> Option<&Scored> {
         if self.timed.is_some() {
             return None;
         }
         let chosen = &self.found.best;
-        let limit = self.rows.whole.settings.verdict.confusable_odds.ln();
         let may = |s: &&Scored| {
-            (1..=chosen.members()).contains(&s.members())
+            s.members() <= chosen.members()
                 && barred.iter().all(|&c| !s.hypothesis().contains(c))
-                && chosen.log_odds(s) < limit
+                && holds(s.hypothesis())
         };
         let all = self.found.others.iter().filter(may);
         all.max_by(|a, b| a.log_odds(chosen).total_cmp(&b.log_odds(chosen)))
-            .map(|s| s.hypothesis().clone())
     }
 
     /// Normalised χ² with the prior cost of the nuisances, which may have taken a part of the error.

@@ -12,6 +12,7 @@ use crate::linear::{Experiment, Linear, binomial_range, white};
 use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::data::TestSource;
 use pam_diagnose::noise::Noise;
+use pam_diagnose::verdict::Verdict;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
@@ -72,4 +73,29 @@ fn a_weak_cause_is_confirmed_by_the_direction_of_the_residual() {
     let count = confirmed(true, 1, 500, &by_error_alone);
     let [least, most] = binomial_range(500, 0.5, 1e-3);
     assert!((least..=most).contains(&count), "{count} of 500 by the squared error");
+}
+
+/// One of 40 test blocks has all of the change: means over blocks scatter as much as they are large, t = 1. The cause is certain without
+/// the test data, and the evidence of this block is decisive.
+#[test]
+fn a_cause_that_acts_in_one_block_of_the_test_data_is_confirmed() {
+    let settings = DiagnosisSettings::default();
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let rows = 3 * BLOCKS * ROWS;
+    let (noise, mut column) = (white(&mut random, rows), white(&mut random, rows));
+    let block = |k: usize| k / ROWS;
+    for (k, x) in column.iter_mut().enumerate().skip(2 * BLOCKS * ROWS) {
+        *x *= if block(k) == block(rows) - 7 { 4.0 } else { 0.0 };
+    }
+    let measured = noise.iter().zip(&column).map(|(e, x)| e + x).collect();
+    let run = Experiment { columns: vec![column], measured, ..Experiment::default() };
+    let mut system = Linear::new(vec![run]);
+    system.rows_per_block = ROWS;
+    let verdict = |settings: &DiagnosisSettings| {
+        system.diagnosed(TestSource::Kept, 1.0, None, settings, 1).verdict
+    };
+    assert_ne!(verdict(&settings), Verdict::Unconfirmed);
+    let mut by_blocks_alone = settings;
+    by_blocks_alone.verdict.decisive_evidence = 1e6;
+    assert_eq!(verdict(&by_blocks_alone), Verdict::Unconfirmed);
 }

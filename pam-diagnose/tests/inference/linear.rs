@@ -3,7 +3,7 @@
 
 use pam_diagnose::data::{OpenPart, Roles, Span, TestSource};
 use pam_diagnose::diagnosis::{Diagnosis, Prepared, run};
-use pam_diagnose::fit::{Hypothesis, Problem, Sensitivities};
+use pam_diagnose::fit::{Hypothesis, Member, Problem, Sensitivities};
 use pam_diagnose::noise::{Noise, NoisePrior};
 use pam_diagnose::search::{CandidateInfo, Candidates, Nuisance, OutputInfo, Rows};
 use pam_diagnose::settings::DataSettings;
@@ -34,6 +34,8 @@ pub(crate) struct Linear {
     pub(crate) rows_per_block: usize,
     /// Log of the calls: hypothesis, experiment and, for sensitivities, window.
     pub(crate) asked: Arc<Mutex<Vec<String>>>,
+    /// Amplitude and wave number of ripples: a slope θ acts as `θ + a sin(kθ)`, and the cost is rugged in it.
+    pub(crate) ripples: Option<[f64; 2]>,
     names: Vec<String>,
     ids: Vec<String>,
     local: Vec<Nuisance>,
@@ -59,6 +61,7 @@ impl Linear {
             burn_in_s: 0.0,
             rows_per_block: 40,
             asked: Arc::default(),
+            ripples: None,
             local: Vec::new(),
             along: Vec::new(),
             outputs: [output],
@@ -73,6 +76,13 @@ impl Linear {
     /// The same with a multiple of a series in each experiment.
     pub(crate) fn with_local(self, along: Vec<f64>, deviation: f64) -> Self {
         Self { local: vec![Nuisance::of(deviation)], along, ..self }
+    }
+
+    /// What a slope acts as, and the derivative.
+    fn acting(&self, slope: f64) -> [f64; 2] {
+        let [amplitude, wave] = self.ripples.unwrap_or([0.0, 1.0]);
+        let (sine, cosine) = (wave * slope).sin_cos();
+        [slope + amplitude * sine, 1.0 + amplitude * wave * cosine]
     }
 
     fn along(&self, k: usize) -> f64 {
@@ -152,7 +162,8 @@ impl Linear {
         let local = local.first().copied().unwrap_or(0.0);
         let mut y: Vec<f64> = (0..e.measured.len()).map(|k| local * self.along(k)).collect();
         for m in &hypothesis.members {
-            y.iter_mut().zip(&e.columns[m.candidate]).for_each(|(y, x)| *y += m.values[0] * x);
+            let [slope, _] = self.acting(m.values[0]);
+            y.iter_mut().zip(&e.columns[m.candidate]).for_each(|(y, x)| *y += slope * x);
         }
         y
     }
@@ -244,6 +255,9 @@ impl Candidates for Linear {
     fn starts(&self, _index: usize) -> Vec<Vec<f64>> {
         vec![vec![0.1]]
     }
+    fn is_rugged(&self, _index: usize, _values: &[f64]) -> bool {
+        self.ripples.is_some()
+    }
     fn shared(&self) -> &[Nuisance] {
         &[]
     }
@@ -307,8 +321,12 @@ impl Candidates for Linear {
             vec![series[window.clone()].chunks_exact(self.points_per_row).map(mean).collect()]
         };
         let fitted = hypothesis.members[hypothesis.fixed..].iter();
-        let mut columns: Vec<Vec<Vec<f64>>> =
-            fitted.map(|m| rows(&e.columns[m.candidate])).collect();
+        let column = |m: &Member| {
+            let [_, derivative] = self.acting(m.values[0]);
+            let column = e.columns[m.candidate].iter().map(|x| derivative * x);
+            rows(&column.collect::<Vec<f64>>())
+        };
+        let mut columns: Vec<Vec<Vec<f64>>> = fitted.map(column).collect();
         let along: Vec<f64> = (0..e.measured.len()).map(|k| self.along(k)).collect();
         columns.extend(self.local.iter().map(|_| rows(&along)));
         Ok(Sensitivities { residuals: rows(&errors), columns })

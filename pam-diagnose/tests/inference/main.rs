@@ -9,6 +9,7 @@ mod linear;
 mod noise;
 mod null_test;
 mod residual;
+mod ripples;
 mod roles;
 mod simulations;
 mod spectrum;

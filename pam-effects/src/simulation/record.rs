@@ -145,8 +145,11 @@ impl ResampledRecord {
         let sample_s = pam_data::recording::median_step_s(&r.time_s);
         let averaged = sample_s < SHORTEST_KEPT_S;
         let measured = Channel::ALL.map(|c| {
-            let on_grid = if averaged { resampled } else { interpolated };
-            on_grid(&r.time_s, r.channel(c), t0, step_s, points)
+            if averaged {
+                resampled(&r.time_s, r.channel(c), sample_s, t0, step_s, points)
+            } else {
+                interpolated(&r.time_s, r.channel(c), t0, step_s, points)
+            }
         });
         let sealed = r.reading_at_rest();
         let [x0, v0, pf0, pe0] = r.initial_state();

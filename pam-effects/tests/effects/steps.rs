@@ -103,6 +103,22 @@ fn every_rate_has_its_grid() {
     }
 }
 
+/// Several samples that make one grid point lose nothing of a motion at 8 Hz, where a plain mean over 4 ms loses 1.7·10⁻³.
+#[test]
+fn averaged_samples_keep_the_amplitude() {
+    let model = linear();
+    for rate_hz in [500.0, 1000.0, 10_000.0] {
+        let mut recording = sampled(rate_hz, 8.0);
+        let motion = |t: f64| (TAU * 8.0 * t).sin();
+        recording.displacement_mm = recording.time_s.iter().map(|&t| motion(t)).collect();
+        let record = ResampledRecord::new(&subject(&model, recording, MassOrigin::Given));
+        let inside = 1..record.points() - 1;
+        let miss = |k: usize| (record.measured[0][k] - motion(record.step_s * k as f64)).abs();
+        let miss = inside.map(miss).fold(0.0, f64::max);
+        assert!(miss < 3e-5, "{rate_hz} Hz: {miss:e}");
+    }
+}
+
 /// The same joint from recordings of any rate.
 #[test]
 fn every_rate_is_simulated() {
