@@ -226,7 +226,9 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
                 system.is_rugged(member.candidate, member.own())
             })
             .collect();
-        for factor in self.settings.search.rugged_factors {
+        let factors = self.settings.search.rugged_factors;
+        let is_precise = fit.converged_drop <= self.settings.fit.converged_drop;
+        for factor in factors.into_iter().take(if is_precise { factors.len() } else { 1 }) {
             let h = &fit.hypothesis;
             let scaled = |f: f64| rugged.iter().flat_map(move |&place| h.scaled(system, place, f));
             let others: Vec<Hypothesis> = scaled(factor).chain(scaled(1.0 / factor)).collect();

@@ -90,7 +90,7 @@ pub trait Candidates: Sync {
         let _ = (index, values);
         true
     }
-    /// Whether the cost is rugged in the candidate's parameters, so that a multi-start is worth its time.
+    /// Whether the cost has ripples in the candidate's parameters, over which a fit has to step.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         let _ = (index, values);
         false

@@ -6,28 +6,16 @@ use super::fits::stands;
 use crate::fit::{Fit, Hypothesis, Problem};
 use pam_core::parallel;
 
-/// Refits a set from where it is, from every starting value of each member (scales have several valleys), and with
-/// the parameters of a member with a rugged cost made smaller and larger.
+/// Refits a set from where it is, and from every starting value of each member: scales have several valleys.
 pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, mut best: Fit) -> Fit {
     let settings = &problem.settings.search;
     let system = problem.system;
     let h = best.hypothesis.clone();
     let mut starts = Vec::new();
     for (place, member) in h.members.iter().enumerate() {
-        if !system.is_rugged(member.candidate, member.own()) {
-            let all = system.starts(member.candidate);
-            let others = if all.len() > 1 { all } else { Vec::new() };
-            starts.extend(others.into_iter().map(|own| with_own(&h, place, &own)));
-            continue;
-        }
-        for k in 0..system.candidate(member.candidate).parameters.len() {
-            let [factor, ..] = settings.rugged_factors;
-            starts.extend([1.0 / factor, factor].map(|factor| {
-                let mut own = member.own().to_vec();
-                own[k] *= factor;
-                with_own(&h, place, &own)
-            }));
-        }
+        let all = system.starts(member.candidate);
+        let others = if all.len() > 1 { all } else { Vec::new() };
+        starts.extend(others.into_iter().map(|own| with_own(&h, place, &own)));
     }
     let fitted = parallel::map_each(starts, |start| {
         problem.fit_to(start, settings.first_iterations, settings.converged_drop)

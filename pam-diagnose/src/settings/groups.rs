@@ -249,8 +249,8 @@ settings! {
         iterations: usize = 12, "iterations", COUNT, TIME;
         /// Iterations from each start of the last refit.
         multi_start_iterations: usize = 12, "iterations", COUNT, TIME;
-        /// Factors by which the parameters of dry friction, in which the cost is rugged, are multiplied and divided where a fit has
-        /// ended, and by the first of them in a multi-start.
+        /// Factors by which the parameters of dry friction, in which the cost has ripples, are multiplied and divided where a fit has
+        /// ended. In the search, the first of them alone.
         rugged_factors: [f64; 2] = [1.33, 1.1], "–", POSITIVE, STUDIES;
     }
 }
