@@ -322,7 +322,7 @@ settings! {
         /// causes are confirmed.
         score_p_value: f64 = 0.005, "–", SHARE, USUAL;
         /// Drop of minus two times the logarithm of the posterior probability on the test data that confirms causes which the other
-        /// data establish, even if most of it is in one block. Errors of the model reach 75.
+        /// data establish, even if most of it is in one block, if fitted starts and masses are about as likely with them.
         decisive_evidence: f64 = 100.0, "–", COST, STUDIES;
         /// Probability with which a channel without error is inside its noise band.
         band_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;

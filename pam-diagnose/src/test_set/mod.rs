@@ -62,7 +62,7 @@ impl Comparison {
     /// and have either sign, so a significantly negative error reduction counts against it only if the fitted starts and masses are
     /// also less likely than under the first.
     /// A second hypothesis that hardly changes the simulation is not confirmed. Causes that are `established` by the other data need not be
-    /// in many blocks of the test data if the evidence is decisive.
+    /// in many blocks of the test data if the evidence is decisive and the fitted starts and masses are about as likely.
     pub(crate) fn confirms(
         &self,
         reduction: &OverallReduction,
@@ -71,9 +71,9 @@ impl Comparison {
     ) -> bool {
         let is_seen = self.change > LEAST_CHANGE || self.is_strained();
         let is_decisive = established && self.evidence > settings.decisive_evidence;
-        is_seen
-            && (self.reduced || is_decisive)
-            && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
+        let is_likely = self.prior_drop > -2.0 * TIE;
+        let is_reduced = self.reduced && (is_likely || reduction.ci95[1] > 0.0);
+        is_seen && (is_reduced || is_decisive && is_likely)
     }
 
     /// Whether the test data lack the power to confirm the second hypothesis: if it is true, the expected statistic of the score test is
