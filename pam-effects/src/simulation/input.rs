@@ -49,7 +49,7 @@ impl FineForce {
         let force_mn = recording.low_passed.force_mn.as_ref().unwrap_or(&recording.force_mn);
         let start_s = t[0] - 0.5 * sample_s;
         if sample_s <= spacing_s {
-            let means = means(t, force_mn, start_s, spacing_s, count);
+            let means = means(t, force_mn, start_s, spacing_s, count, |_| spacing_s);
             // What a hold adds belongs to the force.
             let added =
                 ADDED_BY_MEAN + (ADDED_BY_LINES - ADDED_BY_HOLD) * (sample_s / spacing_s).powi(2);
@@ -161,21 +161,33 @@ pub(super) fn resampled(
     spacing_s: f64,
     count: usize,
 ) -> Vec<f64> {
-    let means = means(time_s, values, start_s, spacing_s, count);
+    let end_s = time_s[time_s.len() - 1];
+    // Near the ends, the points of a whole spacing that are inside would be the mean of another instant.
+    let width_s = |centre_s: f64| {
+        let inside_s = (centre_s - time_s[0]).min(end_s - centre_s).max(0.0);
+        spacing_s.min(inside_s / POINTS[4])
+    };
+    let means = means(time_s, values, start_s, spacing_s, count, width_s);
     sharpened(&means, ADDED_BY_MEAN + ADDED_BY_LINES * (sample_s / spacing_s).powi(2))
 }
 
 /// Values at `count` times from `start_s` on, `spacing_s` apart: means of five points of the straight
-/// lines between samples over one spacing, which keeps noise above the grid's rate from folding back.
-fn means(time_s: &[f64], values: &[f64], start_s: f64, spacing_s: f64, count: usize) -> Vec<f64> {
+/// lines between samples over `width_s` of each time, one spacing, which keeps noise above the grid's rate from folding back. Beyond
+/// its ends a series has the values there.
+fn means(
+    time_s: &[f64],
+    values: &[f64],
+    start_s: f64,
+    spacing_s: f64,
+    count: usize,
+    width_s: impl Fn(f64) -> f64,
+) -> Vec<f64> {
     let last = time_s.len() - 1;
     let mut at = 0;
     let mut out = Vec::with_capacity(count);
     for k in 0..count {
         let centre = start_s + spacing_s * k as f64;
-        // Near the ends, the points that remain would be the mean of another instant.
-        let inside_s = (centre - time_s[0]).min(time_s[last] - centre).max(0.0);
-        let width_s = spacing_s.min(inside_s / POINTS[4]);
+        let width_s = width_s(centre);
         let mut sum = 0.0;
         for share in POINTS {
             let t = centre + share * width_s;
