@@ -156,7 +156,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             let linearised = linearised.take().map_or_else(|| self.jacobian(&fit.hypothesis), Ok);
             self.improve(&mut fit, linearised?);
             if fit.has_converged() {
-                self.step_over_ripples(&mut fit);
+                self.compass_step(&mut fit);
             }
         }
         let parameters = fit.hypothesis.parameters(self.system);
@@ -216,9 +216,10 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         }
     }
 
-    /// A step of a compass search (Kolda, Lewis and Torczon 2003) in the parameters of members with a rugged cost, if it lowers the cost:
-    /// the ripples of such a cost have derivatives of their own, by which an iteration may end anywhere on a slope.
-    fn step_over_ripples(&self, fit: &mut Fit) {
+    /// One step of a compass search (Kolda, Lewis and Torczon 2003) in the parameters of members with a [rugged](Candidates::is_rugged)
+    /// cost, taken if it lowers the cost: gradient-based iterations stop at any of its local minima. Fits with the looser tolerance of the
+    /// search try the largest step only.
+    fn compass_step(&self, fit: &mut Fit) {
         let system = self.system;
         let rugged: Vec<usize> = (fit.hypothesis.fixed..fit.hypothesis.members.len())
             .filter(|&place| {

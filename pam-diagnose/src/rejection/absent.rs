@@ -55,8 +55,8 @@ pub(crate) fn may_be_absent<'p>(
     size * size / variance <= chi_square_quantile(probability, offs.len() as f64)
 }
 
-/// Whether the data leave a scale of a cause undetermined. Its interval spans more than a factor of `rejection.vague_ratio`, and either the
-/// magnitude of the cause is not significant or the interval is the whole range of the parameter. If a creep is slower than the
+/// Whether a length scale, time constant or cutoff frequency of a cause is undetermined: its interval spans more than a factor of
+/// `rejection.vague_ratio`, and either the magnitude of the cause is not significant or the interval covers the whole range of the parameter. If a creep is slower than the
 /// recording, for example, its stiffness is well determined while its time constant only has a lower bound.
 pub(crate) fn vague<C: Candidates + ?Sized>(problem: &Problem<'_, C>, cause: &Cause) -> bool {
     let ratio = problem.settings.rejection.vague_ratio;

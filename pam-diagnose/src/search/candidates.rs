@@ -90,7 +90,7 @@ pub trait Candidates: Sync {
         let _ = (index, values);
         true
     }
-    /// Whether the cost has ripples in the candidate's parameters, over which a fit has to step.
+    /// Whether the cost has many local minima along the candidate's parameters, so that a gradient-based fit needs a compass search as well.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         let _ = (index, values);
         false

@@ -249,8 +249,8 @@ settings! {
         iterations: usize = 12, "iterations", COUNT, TIME;
         /// Iterations from each start of the last refit.
         multi_start_iterations: usize = 12, "iterations", COUNT, TIME;
-        /// Factors by which the parameters of dry friction, in which the cost has ripples, are multiplied and divided where a fit has
-        /// ended. In the search, the first of them alone.
+        /// Step sizes of the compass search in the parameters of dry friction, along which the cost has many local minima: factors by which
+        /// a parameter is multiplied or divided when a fit has converged. Fits of the search try the first one only.
         rugged_factors: [f64; 2] = [1.33, 1.1], "–", POSITIVE, STUDIES;
     }
 }

@@ -61,8 +61,8 @@ impl Comparison {
     /// Whether the test data confirm the second hypothesis. Errors of the measured starts and masses can exceed the effect of a weak cause
     /// and have either sign, so a significantly negative error reduction counts against it only if the fitted starts and masses are
     /// also less likely than under the first.
-    /// A second hypothesis that hardly changes the simulation is not confirmed. Causes that are `established` by the other data need not be
-    /// in many blocks of the test data if the evidence is decisive and the fitted starts and masses are about as likely.
+    /// A second hypothesis that hardly changes the simulation is not confirmed. If training and validation data have `established` the causes,
+    /// decisive evidence confirms them even if it comes from few blocks, provided that the fitted starts and masses are about as likely.
     pub(crate) fn confirms(
         &self,
         reduction: &OverallReduction,
@@ -76,8 +76,8 @@ impl Comparison {
         is_seen && (is_reduced || is_decisive && is_likely)
     }
 
-    /// Whether the test data lack the power to confirm the second hypothesis: if it is true, the expected statistic of the score test is
-    /// below its critical value.
+    /// Whether the score test has too little power to confirm the second hypothesis: under that hypothesis, its expected statistic is below
+    /// the critical value.
     pub(crate) fn lacks_power(&self, settings: &VerdictSettings) -> bool {
         let needed = chi_square_quantile(1.0 - 2.0 * settings.score_p_value, 1.0);
         self.change.powi(2) < needed && !self.is_strained()

@@ -43,6 +43,26 @@ pub(crate) struct Names {
     pub(crate) refused: Vec<Refused>,
 }
 
+/// Why a name is rejected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rejection {
+    MayBeAbsent,
+    ScaleUndetermined,
+    Mimics,
+}
+
+impl Rejection {
+    fn reason(self) -> &'static str {
+        match self {
+            Self::MayBeAbsent => "its interval holds the value at which it is absent",
+            Self::ScaleUndetermined => "the interval of its scale says nothing",
+            Self::Mimics => {
+                "it has no common value in the parts of the recordings: it takes the mean of something else"
+            }
+        }
+    }
+}
+
 impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     /// Refits the chosen set and rejects names that stand for something else.
     pub(crate) fn names(&mut self) -> Result<Names, DiagnoseError> {
@@ -73,26 +93,25 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 return Ok(Names { best: base.clone(), base, causes, refused });
             }
             let mut causes = self.causes(&base, &best)?;
-            let reason = |(place, c): (usize, &Cause)| {
+            let rejected = |(place, c): (usize, &Cause)| {
                 let why = if c.may_be_absent {
-                    "its interval holds the value at which it is absent"
+                    Rejection::MayBeAbsent
                 } else if vague(problem, c) {
-                    "the interval of its scale says nothing"
+                    Rejection::ScaleUndetermined
                 } else if c.mimics(&rejection) {
-                    "it has no common value in the parts of the recordings: it takes the mean of something else"
+                    Rejection::Mimics
                 } else {
                     return None;
                 };
-                Some((place, why.to_owned()))
+                Some((place, why))
             };
             // One at a time, and the least of them: without it the intervals of the others may be narrow enough.
             let share = |place: usize| causes[place].share_of_error_removed;
-            let refuted = causes.iter().enumerate().filter_map(reason);
+            let refuted = causes.iter().enumerate().filter_map(rejected);
             let least = refuted.min_by(|a, b| share(a.0).total_cmp(&share(b.0)));
-            if let Some((place, reason)) = least {
-                let is_vague = !causes[place].may_be_absent && vague(problem, &causes[place]);
+            if let Some((place, why)) = least {
                 let Cause { effect, inclusion, .. } = causes.swap_remove(place);
-                refused.push(Refused { effect, inclusion, reason });
+                refused.push(Refused { effect, inclusion, reason: why.reason().into() });
                 barred.push(best.hypothesis.members[place].candidate);
                 set = best.hypothesis.without(place);
                 if let ([last], Some(better)) = (best.hypothesis.members.as_slice(), alone.take())
@@ -103,7 +122,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                     set = better;
                 } else if set.members.is_empty() {
                     set = self.rival(&barred).unwrap_or(set);
-                } else if is_vague {
+                } else if why == Rejection::ScaleUndetermined {
                     set = self.rival_beside(&set, &barred).unwrap_or(set);
                 }
                 continue;
@@ -137,8 +156,9 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         (self.found.best.log_odds(best) < limit).then(|| best.hypothesis().clone())
     }
 
-    /// The most probable of these sets with further members beside the `rest`; `None` if its odds against the rest are not enough for a
-    /// further cause. A cause of which the data do not determine a scale is there nevertheless, and another name may do without the scale.
+    /// The most probable set without the refused candidates that adds causes to the `rest`; `None` if its odds against the rest are too low
+    /// for a further cause. A rejected cause with an undetermined scale removes an error all the same, and a cause without that scale, such
+    /// as Coulomb instead of Stribeck friction, may remove it as well.
     fn rival_beside(&self, rest: &Hypothesis, barred: &[usize]) -> Option<Hypothesis> {
         let is_larger = |h: &Hypothesis| {
             h.members.len() > rest.members.len()

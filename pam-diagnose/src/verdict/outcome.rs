@@ -53,7 +53,7 @@ pub struct VerdictInput {
     /// Whether the test data confirm them: with fitted starts and masses, the whitened error is significantly smaller; with measured
     /// ones, the error is not significantly larger, or the fitted ones are about as likely with the causes as without.
     pub confirmed: bool,
-    /// Whether the test data lack the power to confirm causes that training and validation data alone establish.
+    /// Whether training and validation data establish the causes, but the test set has too little power to confirm them.
     pub untested: bool,
     /// Whether the error of the simulation on the test data is proven to be smaller: the interval of the error reduction is
     /// above zero.

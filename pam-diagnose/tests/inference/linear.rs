@@ -78,7 +78,7 @@ impl Linear {
         Self { local: vec![Nuisance::of(deviation)], along, ..self }
     }
 
-    /// What a slope acts as, and the derivative.
+    /// The effective slope `θ + a sin(kθ)` and its derivative with respect to θ.
     fn acting(&self, slope: f64) -> [f64; 2] {
         let [amplitude, wave] = self.ripples.unwrap_or([0.0, 1.0]);
         let (sine, cosine) = (wave * slope).sin_cos();

@@ -1,12 +1,12 @@
-//! Fits where the cost has ripples.
+//! Fits of a cost with many local minima.
 
 use crate::linear::{Experiment, Linear};
 use pam_diagnose::DiagnosisSettings;
 
-/// `θ + sin 4θ` has a derivative of either sign and a local minimum of the cost in each period of 1.6. A gradient leads to the
-/// nearest of them; steps over the ripples lead to one within a period of the truth.
+/// `θ + sin 4θ` is not monotonic: the cost has a local minimum in each period of 1.6. Gradient-based steps end in the nearest of them; with
+/// compass steps, the fit ends within one period of the truth.
 #[test]
-fn a_fit_steps_over_ripples() {
+fn a_fit_leaves_local_minima() {
     let column: Vec<f64> = (0..200).map(|k| (0.3 * f64::from(k)).sin()).collect();
     let acting = 8.0 + (4.0_f64 * 8.0).sin();
     let measured = column.iter().map(|x| acting * x).collect();

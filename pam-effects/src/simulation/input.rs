@@ -50,7 +50,7 @@ impl FineForce {
         let start_s = t[0] - 0.5 * sample_s;
         if sample_s <= spacing_s {
             let means = means(t, force_mn, start_s, spacing_s, count, |_| spacing_s);
-            // What a hold adds belongs to the force.
+            // The attenuation by the zero-order hold is part of the force that acts; it stays.
             let added =
                 ADDED_BY_MEAN + (ADDED_BY_LINES - ADDED_BY_HOLD) * (sample_s / spacing_s).powi(2);
             let values_mn = without_alternation(sharpened(&means, added));
@@ -145,7 +145,7 @@ fn second_differences(values: &[f64]) -> Vec<f64> {
     out
 }
 
-/// A series less `added` times its second differences: what a mean has added to a smooth curve.
+/// Undoes the attenuation by a mean that adds `added` times the second difference to a smooth curve, to second order.
 fn sharpened(values: &[f64], added: f64) -> Vec<f64> {
     let bends = second_differences(values);
     values.iter().zip(bends).map(|(value, bend)| value - added * bend).collect()
@@ -162,7 +162,7 @@ pub(super) fn resampled(
     count: usize,
 ) -> Vec<f64> {
     let end_s = time_s[time_s.len() - 1];
-    // Near the ends, the points of a whole spacing that are inside would be the mean of another instant.
+    // Narrower windows near the ends keep the mean centred on its time.
     let width_s = |centre_s: f64| {
         let inside_s = (centre_s - time_s[0]).min(end_s - centre_s).max(0.0);
         spacing_s.min(inside_s / POINTS[4])
@@ -172,8 +172,8 @@ pub(super) fn resampled(
 }
 
 /// Values at `count` times from `start_s` on, `spacing_s` apart: means of five points of the straight
-/// lines between samples over `width_s` of each time, one spacing, which keeps noise above the grid's rate from folding back. Beyond
-/// its ends a series has the values there.
+/// lines between samples over a window of `width_s(time)`. A window of one spacing prevents aliasing of noise above the grid's rate. Before
+/// the first and after the last sample, the series is constant.
 fn means(
     time_s: &[f64],
     values: &[f64],
