@@ -133,6 +133,17 @@ fn names_in_case(id: &str, effects: &[&str]) {
     assert_eq!(outcome.superfluous(), 0, "{}", outcome.headline_text());
 }
 
+/// `explained` asks for a reported error reduction whose interval is above zero. The lag of this case is named, and its reduction of 65 % on
+/// a short test set has an interval that just contains zero.
+#[test]
+fn no_reduction_that_may_be_zero_is_an_explanation() {
+    let outcome = outcome_of(&design::of_seed(9), "singles-092");
+    assert_names(&outcome, &["position_sensor_lag"]);
+    let [_, low, _] = outcome.reduction.expect("a test set");
+    assert!(low < 0.0, "{:?}", outcome.reduction);
+    assert_eq!(outcome.verdict, "partly_explained");
+}
+
 /// Friction that grows with the load is Coulomb friction at one pressure, and the screening beside a drift of the stiffness does not see
 /// that: it is linear about another friction. The two are fitted in each other's place all the same.
 #[test]

@@ -521,6 +521,8 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
     }
     let reduction = &diagnosis.error_reduction;
     let (x, overall) = (&reduction.channels[0], &reduction.overall);
+    // Zero has no sign.
+    let change_percent = |reduction: f64| (-100.0 * reduction).round() + 0.0;
     console.text(format!(
         "\n{}\nx: RMSE {:.4} -> {:.4} mm, R² {:.4} -> {:.4}; overall error {:+.0} % [{:.0}, {:.0}].",
         diagnosis.test.sentence(),
@@ -528,9 +530,9 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
         x.rmse_after,
         x.r2_before,
         x.r2_after,
-        -100.0 * overall.error_reduction,
-        -100.0 * overall.ci95[1],
-        -100.0 * overall.ci95[0],
+        change_percent(overall.error_reduction),
+        change_percent(overall.ci95[1]),
+        change_percent(overall.ci95[0]),
     ));
     if let Some(ladder) = &diagnosis.ladder {
         console.text(format!("\n{}", ladder_table(ladder)));

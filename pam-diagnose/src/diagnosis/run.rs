@@ -269,6 +269,8 @@ impl Judged {
         let plain = Hypothesis { shared: best.shared.clone(), ..base.clone() };
         let without = if comparison.is_some_and(|c| c.is_strained()) { &plain } else { base };
         let reduction = test.error_reduction(without, best, prepared.seed).overall;
+        // The one that is reported, with the same timing of the force before and after.
+        let reported = test.error_reduction(&plain, best, prepared.seed).overall;
         // Without a test set, names are as good as training and validation data make them.
         let settings = &prepared.settings.verdict;
         let established = are_established(open, names);
@@ -299,7 +301,7 @@ impl Judged {
             untested: comparison
                 .filter(|_| !confirmed && lacks_power && established)
                 .map(|c| c.change),
-            reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
+            reduced: test.problem().is_empty() || reported.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
             bands,
         }

@@ -114,7 +114,7 @@ fn subjects<M>(d: &Diagnosis<M>) -> (String, bool) {
 
 /// A share in per cent.
 fn percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
+    format!("{} %", number(100.0 * share, 0))
 }
 
 /// The outcome in one paragraph.
@@ -202,7 +202,7 @@ fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
                     &format!("{} RMSE, test set", o.name)))
             }
             (card(&percent(overall.error_reduction),
-                &format!("less error in all fitted channels together [{:.0}, {:.0}] %", 100.0 * overall.ci95[0], 100.0 * overall.ci95[1])))
+                &format!("less error in all fitted channels together [{}, {}]", percent(overall.ci95[0]), percent(overall.ci95[1]))))
         }
         (location::figure(&d.causes))
         @if d.is_extended() { (measures(d)) }

@@ -1,6 +1,7 @@
 //! The model of the error that no listed cause explains.
 
 use super::causes::parts;
+use super::percent;
 use crate::law::{Law, Picture, Plane, PlaneCell};
 use crate::remainder::{Correction, Remainder};
 use maud::{Markup, html};
@@ -115,10 +116,6 @@ fn of_correction(c: &Correction, with_law: bool) -> Markup {
 /// A p-value to three decimals.
 fn probability(p: f64) -> String {
     if p < 5e-4 { "< 0.001".into() } else { format!("= {p:.3}") }
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
 }
 
 fn curve(p: &Picture) -> String {

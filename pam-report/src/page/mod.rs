@@ -88,10 +88,20 @@ pub fn paragraph(text: &str) -> Markup {
     html! { p { (text) } }
 }
 
-/// A number to `digits` decimals, or a dash if it is undefined.
+/// A number to `digits` decimals, or a dash if it is undefined. What rounds to zero has no sign.
+///
+/// ```
+/// use pam_report::page::number;
+/// assert_eq!((number(-0.36, 1), number(-0.04, 1)), ("−0.4".into(), "0.0".into()));
+/// ```
 #[must_use]
 pub fn number(value: f64, digits: usize) -> String {
-    if value.is_finite() { format!("{value:.digits$}").replace('-', "−") } else { "–".into() }
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let text = format!("{value:.digits$}");
+    let is_zero = !text.contains(|c: char| matches!(c, '1'..='9'));
+    text.replace('-', if is_zero { "" } else { "−" })
 }
 
 /// A count with its noun: "1 recording", "2 recordings".
