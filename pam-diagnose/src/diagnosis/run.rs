@@ -13,7 +13,7 @@ use crate::settings::DiagnosisSettings;
 use crate::test_set::TestSet;
 use crate::verdict::{
     Anomaly, Cause, ChannelBand, Names, Naming, Refused, STRAINED, Verdict, VerdictInput,
-    is_stationary, ranking, share,
+    is_stationary, ranking, share, widen_by_unexplained,
 };
 use pam_core::parallel;
 use std::fmt;
@@ -111,6 +111,7 @@ fn findings(
             rows.learn_beside(&names.best.hypothesis);
         }
     }
+    widen_by_unexplained(&rows.whole, &names.best, &mut names.causes);
     progress(Stage::Judging, 0.5);
     let mut null_test = found.null_test;
     if let Some(test) = &mut null_test {

@@ -70,6 +70,16 @@ pub(crate) struct Influences {
     pub(crate) experiments: Vec<usize>,
 }
 
+/// What series of rows do to a fit when they are added to its residuals.
+#[derive(Debug, Clone)]
+pub(crate) struct Responses {
+    /// By how much each series `s` moves each fitted parameter, in the coordinate in which it is fitted: `H⁻¹ Jᵀ W s`.
+    pub(crate) moved: Vec<Vec<f64>>,
+    /// For each series the weighted inner products, with those of its group, of what the fit cannot take up:
+    /// `Sᵀ (W − W J H⁻¹ Jᵀ W) s`.
+    pub(crate) left: Vec<Vec<f64>>,
+}
+
 impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// The influences of all blocks on all fitted parameters.
     ///
@@ -88,53 +98,63 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         Ok(Influences { values, experiments: equations.experiments.clone() })
     }
 
-    /// By how much each fitted parameter moves, in the coordinate in which it is fitted, when each of some series is added to the
-    /// residuals: `H⁻¹ Jᵀ W s`. `series` gives those of an experiment as whitened rows of all channels.
+    /// What series do to a fit when they are added to its residuals. `series` gives those of an experiment as whitened rows of all
+    /// channels, and so many in succession are a `group`.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the fitted hypothesis cannot be simulated.
-    pub(crate) fn moved_by(
+    pub(crate) fn responses_to(
         &self,
         fit: &Fit,
-        count: usize,
+        (count, group): (usize, usize),
         series: impl Fn(usize) -> Vec<Vec<Vec<f64>>> + Sync,
-    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+    ) -> Result<Responses, DiagnoseError> {
         let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
         let weights = self.weights(&fit.errors);
         let parameters = fit.hypothesis.parameters(self.system).len();
         let common = parameters + self.system.shared().len();
-        let factor = equations.factor();
-        let rows: Vec<Vec<f64>> = (0..parameters)
-            .map(|k| {
-                let row = inverse_row(factor.as_ref(), equations.unknowns(), k);
-                row.unwrap_or_else(|| vec![0.0; equations.unknowns()])
-            })
-            .collect();
-        let each: Result<Vec<Vec<Vec<f64>>>, DiagnoseError> = parallel::map(self.len(), |i| {
+        let inner = |a: &[Vec<f64>], b: &[Vec<f64>]| -> f64 {
+            let channels = a.iter().zip(b).zip(&weights);
+            channels.map(|((a, b), w)| w * dot_of(a, b)).sum()
+        };
+        let group_of = |k: usize| k / group * group..(k / group * group + group).min(count);
+        // For each series `Jᵀ W s`, and `Sᵀ W s` with those of its group.
+        type Products = Vec<(Vec<f64>, Vec<f64>)>;
+        let each: Result<Vec<Products>, DiagnoseError> = parallel::map(self.len(), |i| {
             let s = self.whitened_sensitivities(&fit.hypothesis, i)?;
-            let local = common + self.system.local().len() * i;
-            let place = |k: usize| if k < common { k } else { local + (k - common) };
-            let mut moved = vec![vec![0.0; count]; parameters];
-            for (j, rows_of_series) in series(i).iter().enumerate() {
-                for (k, column) in s.columns.iter().enumerate() {
-                    let channels = column.iter().zip(rows_of_series).zip(&weights);
-                    let product: f64 = channels.map(|((c, r), w)| w * dot_of(c, r)).sum();
-                    for (moved, row) in moved.iter_mut().zip(&rows) {
-                        moved[j] += row[place(k)] * product;
-                    }
-                }
-            }
-            Ok(moved)
+            let all = series(i);
+            let products = |k: usize| {
+                let columns = s.columns.iter().map(|column| inner(column, &all[k]));
+                (columns.collect(), group_of(k).map(|j| inner(&all[j], &all[k])).collect())
+            };
+            Ok((0..count).map(products).collect())
         })
         .into_iter()
         .collect();
-        let mut sum = vec![vec![0.0; count]; parameters];
-        for own in each? {
-            for (sum, own) in sum.iter_mut().flatten().zip(own.iter().flatten()) {
-                *sum += own;
+        let mut products = vec![vec![0.0; equations.unknowns()]; count];
+        let mut left: Vec<Vec<f64>> = (0..count).map(|k| vec![0.0; group_of(k).len()]).collect();
+        for (i, own) in each?.into_iter().enumerate() {
+            let local = common + self.system.local().len() * i;
+            for (j, (columns, pairs)) in own.into_iter().enumerate() {
+                left[j].iter_mut().zip(pairs).for_each(|(left, pair)| *left += pair);
+                for (k, product) in columns.into_iter().enumerate() {
+                    products[j][if k < common { k } else { local + (k - common) }] += product;
+                }
             }
         }
-        Ok(sum)
+        let factor = equations.factor();
+        let moved = |product: &Vec<f64>| {
+            let moved = factor.as_ref().and_then(|f| f.solve(product));
+            moved.unwrap_or_else(|| vec![0.0; product.len()])
+        };
+        let mut moved: Vec<Vec<f64>> = products.iter().map(moved).collect();
+        for (k, left) in left.iter_mut().enumerate() {
+            for (left, j) in left.iter_mut().zip(group_of(k)) {
+                *left -= dot(&moved[k], &products[j]);
+            }
+        }
+        moved.iter_mut().for_each(|m| m.truncate(parameters));
+        Ok(Responses { moved, left })
     }
 
     /// The fitted parameters with 95 % intervals, member by member.
@@ -177,12 +197,17 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             let Some((moved, nuisance)) = most else {
                 return Some([quantile * variance.sqrt(); 2]);
             };
-            let rest = quantile * (variance - moved * moved).max(0.0).sqrt();
+            let rest = (variance - moved * moved).max(0.0).sqrt();
             let mut room = nuisance.room;
             if moved < 0.0 {
                 room.reverse();
             }
-            Some(room.map(|room| rest.hypot(moved * room.min(quantile))))
+            // The farthest value in the ellipse of radius `quantile`, on whose way the nuisance may meet its limit.
+            let farthest = quantile * moved.abs() / variance.sqrt().max(f64::MIN_POSITIVE);
+            Some(room.map(|room| {
+                let by = farthest.min(room);
+                moved.abs() * by + rest * (quantile * quantile - by * by).sqrt()
+            }))
         };
         Ok(parameters
             .iter()

@@ -14,7 +14,7 @@ mod problem;
 mod unseen;
 
 pub use covariance::Interval;
-pub(crate) use covariance::{HALF_WIDTH, Influences};
+pub(crate) use covariance::{HALF_WIDTH, Influences, Responses};
 #[cfg(feature = "joint")]
 pub(crate) use hypothesis::FittedParameter;
 pub use hypothesis::{Hypothesis, Member};

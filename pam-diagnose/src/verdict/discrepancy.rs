@@ -1,8 +1,20 @@
 //! What the model's own errors add to the intervals of named causes.
+//!
+//! Errors of a model repeat with the motion, in all recordings alike. So no scatter of residuals between blocks or recordings
+//! shows what they do to a parameter that they look like, and more data make an interval shorter and not right (Brynjarsdóttir and
+//! O'Hagan 2014). The error of each channel is a sum of features `φ` of the motion with independent coefficients of mean zero, of which
+//! each has the same part of the variance, and each coefficient moves the parameters by `H⁻¹ Jᵀ W φ`.
+//!
+//! The size of the errors comes from two sources. [`known_errors`] are those that the model is known to make, from baseline
+//! recordings; names are judged beside them. Without baseline recordings, or where a further cause is at work that has no name, the
+//! model is wrong by more: [`widen_by_unexplained`] reads from the residual by how much, and widens the intervals of the causes that are
+//! named.
 
-use crate::fit::{Fit, HALF_WIDTH, Problem};
+use super::cause::Cause;
+use crate::fit::{Fit, HALF_WIDTH, Problem, Responses};
 use crate::residual::flexible::FeatureRows;
 use crate::search::Candidates;
+use pam_numerics::statistics::{root_mean_square, t_quantile_95};
 
 /// By how much errors of the model, each by one standard deviation, move the fitted parameters.
 pub(crate) struct ModelErrors {
@@ -11,6 +23,16 @@ pub(crate) struct ModelErrors {
 }
 
 impl ModelErrors {
+    /// Errors of which those of each channel together have a standard deviation.
+    fn of(responses: &Responses, deviations: &[f64], parameters: usize) -> Self {
+        let count = responses.moved.len() / deviations.len().max(1);
+        let of_parameter = |p: usize| {
+            let each = responses.moved.iter().enumerate();
+            each.map(|(k, moved)| deviations[k / count] * moved[p]).collect()
+        };
+        Self { moved: (0..parameters).map(of_parameter).collect() }
+    }
+
     /// Half the 95 % interval that they give a parameter.
     pub(crate) fn half_width(&self, parameter: usize) -> f64 {
         HALF_WIDTH * self.covariance(parameter, parameter).sqrt()
@@ -22,43 +44,98 @@ impl ModelErrors {
     }
 }
 
-/// The changes of the fitted parameters by the model's own errors; none if the simulation of the fit fails.
-///
-/// Errors of a model repeat with the motion, in all recordings alike. So no scatter of residuals between blocks or recordings
-/// shows what they do to a parameter that they look like, and more data make an interval shorter and not right (Brynjarsdóttir and
-/// O'Hagan 2014). The error of each channel is a sum of features of the motion with independent coefficients
-/// of mean zero, scaled so that each of them has the same part of the [discrepancy](crate::noise::Noise::discrepancy) that the
-/// model is known to have; each coefficient moves the parameters by `H⁻¹ Jᵀ W φ`.
-pub(crate) fn model_errors<C: Candidates + ?Sized>(
+/// The changes of the fitted parameters by errors that the model is [known](crate::noise::Noise::discrepancy) to make; none if the
+/// simulation of the fit fails.
+pub(crate) fn known_errors<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     fit: &Fit,
 ) -> ModelErrors {
     let parameters = fit.hypothesis.parameters(problem.system).len();
-    ModelErrors { moved: moved(problem, fit).unwrap_or_else(|| vec![Vec::new(); parameters]) }
+    let deviations: Vec<f64> =
+        (0..problem.noise.channels()).map(|c| problem.noise.discrepancy(c)).collect();
+    match responses(problem, fit, |_| 1) {
+        Some(responses) => ModelErrors::of(&responses, &deviations, parameters),
+        None => ModelErrors { moved: vec![Vec::new(); parameters] },
+    }
 }
 
-fn moved<C: Candidates + ?Sized>(problem: &Problem<'_, C>, fit: &Fit) -> Option<Vec<Vec<f64>>> {
+/// Widens the intervals of causes by errors of the model that the residual of their fit shows beyond the noise and the known
+/// errors. No limit leaves the range of its parameter. Intervals are as they were where the residual is within the noise, or where the
+/// simulation of the fit fails.
+pub(crate) fn widen_by_unexplained<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    fit: &Fit,
+    causes: &mut [Cause],
+) {
+    let mean_squares = fit.errors.mean();
+    if causes.is_empty() || mean_squares.iter().all(|m| *m <= 1.0) {
+        return;
+    }
+    let Some(responses) = responses(problem, fit, |features| features) else { return };
+    let observations = fit.errors.rows as f64 / problem.rows_per_observation;
+    let deviations = unexplained_deviations(&responses, &mean_squares, observations);
+    let parameters = fit.hypothesis.parameters(problem.system);
+    let errors = ModelErrors::of(&responses, &deviations, parameters.len());
+    for (k, fitted) in parameters.iter().enumerate() {
+        let (candidate, info) = (fit.hypothesis.members[fitted.member].candidate, fitted.info);
+        // Intervals of times come from the likelihood itself.
+        let is_time = fitted.value >= problem.system.candidate(candidate).parameters.len();
+        let cause = causes.iter_mut().find(|c| c.member.candidate == candidate && !is_time);
+        if let Some((_, interval)) = cause.and_then(|c| c.parameters.get_mut(fitted.value)) {
+            *interval = interval.widened(errors.half_width(k), info);
+            interval.ci95 = interval.ci95.map(|end| end.clamp(info.range[0], info.range[1]));
+        }
+    }
+}
+
+/// What the features of each channel do to a fit, scaled so that all of a channel have a mean square of 1 together. `group` gives
+/// how many of a channel's features are taken together.
+fn responses<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    fit: &Fit,
+    group: impl Fn(usize) -> usize,
+) -> Option<Responses> {
     let rows = FeatureRows::gather(problem, &fit.hypothesis)?;
-    let channels = problem.noise.channels();
-    let (n, count) = (rows.len().max(1) as f64, rows.features.len());
-    // Standard deviation of the coefficient of each feature in each channel.
-    let size = |f: &Vec<f64>| (f.iter().map(|v| v * v).sum::<f64>() / n).sqrt();
-    let sizes: Vec<f64> = rows.features.iter().map(size).collect();
-    let deviation = |c: usize, f: usize| {
-        let share = problem.noise.discrepancy(c) / (count as f64).sqrt();
-        if sizes[f] > 0.0 { share / sizes[f] } else { 0.0 }
+    let (channels, count) = (problem.noise.channels(), rows.features.len());
+    let scale = |f: &Vec<f64>| {
+        let size = root_mean_square(f) * (count as f64).sqrt();
+        if size > 0.0 { 1.0 / size } else { 0.0 }
     };
+    let scales: Vec<f64> = rows.features.iter().map(scale).collect();
     let series = |i: usize| -> Vec<Vec<Vec<f64>>> {
         let range = rows.experiments[i].clone();
         (0..channels * count)
             .map(|k| {
                 let (c, f) = (k / count, k % count);
                 let mut all = vec![Vec::new(); channels];
-                all[c] =
-                    rows.features[f][range.clone()].iter().map(|v| deviation(c, f) * v).collect();
+                all[c] = rows.features[f][range.clone()].iter().map(|v| scales[f] * v).collect();
                 problem.noise.whitened(problem.experiments[i], &all)
             })
             .collect()
     };
-    problem.moved_by(fit, channels * count, series).ok()
+    problem.responses_to(fit, (channels * count, group(count)), series).ok()
+}
+
+/// For each channel the standard deviation of the model errors that the residual of a fit shows.
+///
+/// A fit takes up a part of the errors, so its residual is smaller than they are: with a deviation `s`, features `Φ` add
+/// `s² tr L` to the weighted sum of squares, `L = Φᵀ (W − W J H⁻¹ Jᵀ W) Φ`. This gives `s²` by moments, from the mean square above that
+/// of the noise. It is known from as many errors as `L` has large eigenvalues, `ν = (tr L)² / tr L²` (Satterthwaite 1946), so
+/// the deviation is multiplied by the ratio of the quantiles of Student's t and of the normal distribution.
+fn unexplained_deviations(
+    responses: &Responses,
+    mean_squares: &[f64],
+    observations: f64,
+) -> Vec<f64> {
+    let count = responses.left.len() / mean_squares.len().max(1);
+    let of_channel = |(left, mean_square): (&[Vec<f64>], &f64)| {
+        let trace: f64 = left.iter().enumerate().map(|(k, row)| row[k]).sum();
+        let square: f64 = left.iter().flatten().map(|l| l * l).sum();
+        if trace <= 0.0 || square <= 0.0 {
+            return 0.0;
+        }
+        let excess = (1.0 - 1.0 / mean_square.max(1.0)) * observations;
+        (excess / trace).sqrt() * t_quantile_95(trace * trace / square) / HALF_WIDTH
+    };
+    responses.left.chunks(count.max(1)).zip(mean_squares).map(of_channel).collect()
 }

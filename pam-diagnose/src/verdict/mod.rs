@@ -1,7 +1,7 @@
 //! Where the verdict falls: from the chosen set to names that stand.
 //!
-//! `naming` rejects names and describes the [`Cause`]s that are left; `bands`, `anomalies` and `stationary` look at what is left
-//! of the test data; `outcome` has the rule of the [`Verdict`].
+//! `naming` rejects names and describes the [`Cause`]s that are left; `discrepancy` widens their intervals by errors of the model;
+//! `bands`, `anomalies` and `stationary` look at what is left of the test data; `outcome` has the rule of the [`Verdict`].
 
 pub(crate) mod anomalies;
 mod apparent;
@@ -18,6 +18,7 @@ pub(crate) use apparent::Apparent;
 pub use bands::ChannelBand;
 pub(crate) use cause::ranking;
 pub use cause::{Alternative, Cause, Rank, Refused};
+pub(crate) use discrepancy::widen_by_unexplained;
 pub(crate) use naming::{Names, Naming, STRAINED, largest_rise};
 pub(crate) use outcome::share;
 pub use outcome::{Verdict, VerdictInput};

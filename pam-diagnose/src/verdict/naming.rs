@@ -2,7 +2,7 @@
 
 use super::apparent::Apparent;
 use super::cause::{Alternative, Cause, Refused};
-use super::discrepancy::{ModelErrors, model_errors};
+use super::discrepancy::{ModelErrors, known_errors};
 use super::outcome::share;
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, HALF_WIDTH, Hypothesis, Interval, Member, Problem};
@@ -230,7 +230,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let problem = &self.rows.whole;
         let intervals = problem.intervals(best)?;
         let influences = problem.influences(best)?;
-        let of_model = model_errors(problem, best);
+        let of_model = known_errors(problem, best);
         let (named, from) = (self.chi_square(best), self.chi_square(base));
         // Only the share of the error is read of these fits.
         let iterations = problem.settings.search.tried_iterations;

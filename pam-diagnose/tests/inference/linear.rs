@@ -38,6 +38,8 @@ pub(crate) struct Linear {
     pub(crate) ripples: Option<[f64; 2]>,
     names: Vec<String>,
     ids: Vec<String>,
+    /// An offset of all experiments, if any.
+    shared: Vec<Nuisance>,
     local: Vec<Nuisance>,
     /// Response of every experiment to a unit of the local nuisance; constant if empty.
     along: Vec<f64>,
@@ -62,6 +64,7 @@ impl Linear {
             rows_per_block: 40,
             asked: Arc::default(),
             ripples: None,
+            shared: Vec::new(),
             local: Vec::new(),
             along: Vec::new(),
             outputs: [output],
@@ -71,6 +74,11 @@ impl Linear {
     /// The same with an offset of each experiment.
     pub(crate) fn with_offset(self, deviation: f64) -> Self {
         Self { local: vec![Nuisance::of(deviation)], ..self }
+    }
+
+    /// The same with an offset that all experiments share.
+    pub(crate) fn with_shared_offset(self, nuisance: Nuisance) -> Self {
+        Self { shared: vec![nuisance], ..self }
     }
 
     /// The same with a multiple of a series in each experiment.
@@ -160,7 +168,9 @@ impl Linear {
     fn response(&self, hypothesis: &Hypothesis, local: &[f64], experiment: usize) -> Vec<f64> {
         let e = &self.experiments[experiment];
         let local = local.first().copied().unwrap_or(0.0);
-        let mut y: Vec<f64> = (0..e.measured.len()).map(|k| local * self.along(k)).collect();
+        let shared = hypothesis.shared.first().copied().unwrap_or(0.0);
+        let mut y: Vec<f64> =
+            (0..e.measured.len()).map(|k| shared + local * self.along(k)).collect();
         for m in &hypothesis.members {
             let [slope, _] = self.acting(m.values[0]);
             y.iter_mut().zip(&e.columns[m.candidate]).for_each(|(y, x)| *y += slope * x);
@@ -259,7 +269,7 @@ impl Candidates for Linear {
         self.ripples.is_some()
     }
     fn shared(&self) -> &[Nuisance] {
-        &[]
+        &self.shared
     }
     fn local(&self) -> &[Nuisance] {
         &self.local
@@ -327,6 +337,7 @@ impl Candidates for Linear {
             rows(&column.collect::<Vec<f64>>())
         };
         let mut columns: Vec<Vec<Vec<f64>>> = fitted.map(column).collect();
+        columns.extend(self.shared.iter().map(|_| rows(&vec![1.0; e.measured.len()])));
         let along: Vec<f64> = (0..e.measured.len()).map(|k| self.along(k)).collect();
         columns.extend(self.local.iter().map(|_| rows(&along)));
         Ok(Sensitivities { residuals: rows(&errors), columns })
