@@ -54,6 +54,12 @@ impl ReportModel for DiagnosedJoint {
                         " These recordings show " (number(100.0 * share, 0)) " % of its " (effect.effect.info().plain_name()) "."
                     }
                 }
+            } @else {
+                p {
+                    "No baseline recordings were given. An error of the model itself, such as a force that is off by a few percent, may therefore "
+                    "be named as a fault, and the intervals include such errors only as far as the residual shows them. Recordings without a "
+                    "fault, given as " code { "--healthy" } ", distinguish the two."
+                }
             }
         }
     }

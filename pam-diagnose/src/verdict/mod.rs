@@ -1,12 +1,15 @@
 //! Where the verdict falls: from the chosen set to names that stand.
 //!
-//! `naming` rejects names and describes the [`Cause`]s that are left; `discrepancy` widens their intervals by errors of the model;
-//! `bands`, `anomalies` and `stationary` look at what is left of the test data; `outcome` has the rule of the [`Verdict`].
+//! `naming` rejects names, `causes` describes the [`Cause`]s that are left, and `alternatives` the candidates that are not named;
+//! `apparent` and `discrepancy` widen intervals by what baseline recordings show and by errors of the model; `bands`,
+//! `anomalies` and `stationary` look at what is left of the test data; `outcome` has the rule of the [`Verdict`].
 
+mod alternatives;
 pub(crate) mod anomalies;
 mod apparent;
 pub(crate) mod bands;
 mod cause;
+mod causes;
 mod discrepancy;
 mod naming;
 mod outcome;

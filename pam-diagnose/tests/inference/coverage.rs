@@ -1,6 +1,6 @@
 //! Coverage: how often a 95 % interval holds the truth.
 
-use crate::linear::{Experiment, Linear, binomial_range, coloured, combined};
+use crate::linear::{Experiment, Linear, binomial_range, coloured, combined, white};
 use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::data::TestSource;
 use pam_diagnose::fit::Interval;
@@ -47,46 +47,44 @@ fn widening_adds_in_quadrature() {
     assert!((wide.ci95[0] / (2.0 / five) - 1.0).abs() < 1e-12, "{wide:?}");
 }
 
-/// A nuisance with limits, here an offset of up to 0.3 that the column is nearly collinear with: at one of its limits, the interval holds
-/// the truth as often as one of which the offset is known, and it is far shorter than without the limits.
+/// The column is nearly collinear with an offset of at most 0.3, and the true offset is at this limit. Where the fitted offset is below it,
+/// the slope at the limit is the end of its interval, and the truth is around that end: the noise belongs beyond it, not in quadrature.
 #[test]
 fn an_interval_holds_the_truth_where_a_nuisance_is_at_its_limit() {
     let settings = DiagnosisSettings::default();
-    let at = |limits: [f64; 2], seed: u64| {
+    let fitted = |seed: u64| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let raised = |v: f64| 1.0 + 0.05 * v;
-        let column: Vec<f64> = coloured(&mut random, 1200, 0.0).into_iter().map(raised).collect();
-        let noise = coloured(&mut random, 1200, 0.0);
+        let column: Vec<f64> = white(&mut random, 1200).into_iter().map(raised).collect();
+        let noise = white(&mut random, 1200);
         let measured = column.iter().zip(noise).map(|(x, e)| SLOPE * x + 0.3 + 0.05 * e).collect();
         let columns = vec![column];
         let run = Experiment { columns, measured, ..Experiment::default() };
-        let system =
-            Linear::new(vec![run]).with_shared_offset(Nuisance { deviation: 100.0, limits });
+        let offset = Nuisance { deviation: 100.0, limits: [-0.3, 0.3] };
+        let system = Linear::new(vec![run]).with_shared_offset(offset);
         let problem = system.problem(0.05, &settings);
         let fit = problem.fit(problem.base().with(0, &[0.1]), 20).ok()?;
         Some(problem.intervals(&fit).ok()?[0])
     };
-    let [held, all] = covered(|seed| at([-0.3, 0.3], seed), 400);
+    let [held, all] = covered(fitted, 400);
     assert!(all == 400 && held >= binomial_range(all, 0.95, 1e-3)[0], "{held} of {all}");
 }
 
-/// Errors of a model that are as large in the direction of the cause as in others, where no baseline recordings show them: what is left
-/// of the residual tells how large they are. Intervals from the scatter of the noise alone would hold the truth in a sixth.
+/// The model errs by a sum of six features with random coefficients, of which one is the column of the cause, and no baseline
+/// recordings show it. The other five show in the residual, and tell how large the sixth may be.
 #[test]
 fn intervals_hold_the_truth_beside_a_wrong_model() {
     let settings = DiagnosisSettings::default();
     let named = |seed| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let errors = coloured(&mut random, 6, 0.0);
+        let errors: Vec<f64> = white(&mut random, 6).iter().map(|e| 0.1 * e).collect();
         let experiments = (0..3)
             .map(|_| {
                 let features: Vec<Vec<f64>> =
                     (0..6).map(|_| coloured(&mut random, 600, 0.9)).collect();
                 let columns = vec![features[0].clone()];
-                let noise = coloured(&mut random, 600, 0.0);
-                let right = combined(&columns, &[SLOPE], &noise, 0.3);
-                let wrong = combined(&features, &errors, &right, 1.0);
-                let measured = right.iter().zip(wrong).map(|(r, w)| r + 0.1 * (w - r)).collect();
+                let right = combined(&columns, &[SLOPE], &white(&mut random, 600), 0.3);
+                let measured = combined(&features, &errors, &right, 1.0);
                 Experiment { columns, features, measured, ..Experiment::default() }
             })
             .collect();

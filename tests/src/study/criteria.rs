@@ -185,6 +185,13 @@ pub fn criteria(outcomes: &[Outcome]) -> Vec<Share> {
     ];
     let (sum, each) = coverage(outcomes);
     all.push(sum);
+    let [k, n] = intervals(outcomes, |o| !judged(&o)).values().fold([0, 0], add);
+    all.push(Share::new(
+        "interval holds the truth, model error and no baseline recordings",
+        k,
+        n,
+        Asked::Told,
+    ));
     all.extend(each);
     all
 }
@@ -192,24 +199,33 @@ pub fn criteria(outcomes: &[Outcome]) -> Vec<Share> {
 /// Coverage of the 95 % intervals of single effects and pairs: of all parameters together, and of each.
 #[must_use]
 pub fn coverage(outcomes: &[Outcome]) -> (Share, Vec<Share>) {
-    let mut by: BTreeMap<String, [usize; 2]> = BTreeMap::new();
-    let usual =
-        |o: &&Outcome| matches!(o.case.kind, Kind::Single | Kind::Pair) && o.case.repeats.is_none();
-    for o in outcomes.iter().filter(usual).filter(|o| o.case.factors.judgeable()) {
-        for (name, truth, [_, low, high]) in o.estimates() {
-            let count = by.entry(name).or_default();
-            count[0] += usize::from(low <= truth && truth <= high);
-            count[1] += 1;
-        }
-    }
-    let mut sum = [0, 0];
+    let by = intervals(outcomes, |o| o.case.factors.judgeable());
+    let sum = by.values().fold([0, 0], add);
     let each = by
         .into_iter()
         .map(|(name, [k, n])| {
-            sum = [sum[0] + k, sum[1] + n];
             let asked = if n < FEWEST_INTERVALS { Asked::Told } else { Asked::Between(0.9, 0.99) };
             Share::new(&format!("interval holds the truth, `{name}`"), k, n, asked)
         })
         .collect();
     (Share::new("interval holds the truth, all parameters", sum[0], sum[1], Asked::Told), each)
+}
+
+/// For each parameter of single effects and pairs that are so, how many intervals hold the truth, of how many.
+fn intervals(outcomes: &[Outcome], are: impl Fn(&Outcome) -> bool) -> BTreeMap<String, [usize; 2]> {
+    let mut by: BTreeMap<String, [usize; 2]> = BTreeMap::new();
+    let usual =
+        |o: &&Outcome| matches!(o.case.kind, Kind::Single | Kind::Pair) && o.case.repeats.is_none();
+    for o in outcomes.iter().filter(usual).filter(|o| are(o)) {
+        for (name, truth, [_, low, high]) in o.estimates() {
+            let held = usize::from(low <= truth && truth <= high);
+            let count = by.entry(name).or_default();
+            *count = add(*count, &[held, 1]);
+        }
+    }
+    by
+}
+
+fn add(a: [usize; 2], b: &[usize; 2]) -> [usize; 2] {
+    [a[0] + b[0], a[1] + b[1]]
 }
