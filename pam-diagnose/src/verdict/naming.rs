@@ -161,8 +161,11 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         };
         let best = self.best_without(barred, is_larger)?;
         let iterations = self.rows.whole.settings.search.iterations;
+        // The rest was fitted to more recordings than those that train.
+        let locals = self.rows.choosing.train.base().locals;
+        let rest = Hypothesis { locals, ..rest.clone() };
         let fitted = |h: &Hypothesis| self.rows.fitted(h.clone(), iterations);
-        let (best, rest) = parallel::join(|| fitted(best.hypothesis()), || fitted(rest));
+        let (best, rest) = parallel::join(|| fitted(best.hypothesis()), || fitted(&rest));
         let best = best?;
         (best.log_odds(&rest?) > self.rows.needed_log_odds()).then(|| best.hypothesis().clone())
     }
