@@ -20,11 +20,10 @@ impl<'a, C: Candidates + ?Sized> Split<'a, C> {
     /// mean.
     #[must_use]
     pub fn on_validation(&self, fitted: &Hypothesis) -> Hypothesis {
-        let mut h = fitted.clone();
-        if !self.same_experiments {
-            h.locals = self.validation.base().locals;
+        if self.same_experiments {
+            return fitted.clone();
         }
-        h
+        self.validation.with_base_locals(fitted)
     }
 
     /// Errors on the validation rows.

@@ -70,13 +70,13 @@ pub(crate) struct Influences {
     pub(crate) experiments: Vec<usize>,
 }
 
-/// What series of rows do to a fit when they are added to its residuals.
+/// The linear response of a fit to perturbations of its residuals.
 #[derive(Debug, Clone)]
 pub(crate) struct Responses {
-    /// By how much each series `s` moves each fitted parameter, in the coordinate in which it is fitted: `H⁻¹ Jᵀ W s`.
+    /// The shift of each fitted parameter by each perturbation `s`, in the coordinate in which the parameter is fitted: `H⁻¹ Jᵀ W s`.
     pub(crate) moved: Vec<Vec<f64>>,
-    /// For each series the weighted inner products, with those of its group, of what the fit cannot take up:
-    /// `Sᵀ (W − W J H⁻¹ Jᵀ W) s`.
+    /// For each perturbation, the weighted inner products of the part that the fit does not absorb with the perturbations `S` of its
+    /// group: `Sᵀ (W − W J H⁻¹ Jᵀ W) s`.
     pub(crate) left: Vec<Vec<f64>>,
 }
 
@@ -98,8 +98,8 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         Ok(Influences { values, experiments: equations.experiments.clone() })
     }
 
-    /// What series do to a fit when they are added to its residuals. `series` gives those of an experiment as whitened rows of all
-    /// channels, and so many in succession are a `group`.
+    /// The linear response of a fit to `count` perturbations of its residuals. `series` returns those of an experiment as whitened rows of
+    /// all channels; consecutive perturbations form groups of size `group`.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the fitted hypothesis cannot be simulated.
@@ -118,7 +118,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             channels.map(|((a, b), w)| w * dot_of(a, b)).sum()
         };
         let group_of = |k: usize| k / group * group..(k / group * group + group).min(count);
-        // For each series `Jᵀ W s`, and `Sᵀ W s` with those of its group.
+        // `Jᵀ W s` and `Sᵀ W s` of each perturbation.
         type Products = Vec<(Vec<f64>, Vec<f64>)>;
         let each: Result<Vec<Products>, DiagnoseError> = parallel::map(self.len(), |i| {
             let s = self.whitened_sensitivities(&fit.hypothesis, i)?;
@@ -202,7 +202,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             if moved < 0.0 {
                 room.reverse();
             }
-            // The farthest value in the ellipse of radius `quantile`, on whose way the nuisance may meet its limit.
+            // The extreme value of the parameter in the joint ellipse of radius `quantile`, cut where the nuisance is at its limit.
             let farthest = quantile * moved.abs() / variance.sqrt().max(f64::MIN_POSITIVE);
             Some(room.map(|room| {
                 let by = farthest.min(room);

@@ -220,6 +220,12 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         Hypothesis::base(self.system, self.len())
     }
 
+    /// A hypothesis that was fitted to other experiments, with the nuisances of this problem's experiments at their prior means.
+    #[must_use]
+    pub fn with_base_locals(&self, hypothesis: &Hypothesis) -> Hypothesis {
+        Hypothesis { locals: self.base().locals, ..hypothesis.clone() }
+    }
+
     /// The simulated outputs of an experiment.
     pub(crate) fn simulate(
         &self,

@@ -310,9 +310,7 @@ impl About {
     ) -> Result<Self, DiagnoseError> {
         space.with(&learned.definitions(space), |system| {
             let mut rows = ground.rows(system, &learned.hypothesis).ok_or_else(diverges)?;
-            let start =
-                Hypothesis { locals: rows.whole.base().locals, ..learned.hypothesis.clone() };
-            let fit = rows.whole.fit(start, 2)?;
+            let fit = rows.whole.fit(rows.whole.with_base_locals(&learned.hypothesis), 2)?;
             let noise =
                 Noise::learned(&rows.whole, &fit.hypothesis, &ground.prior).ok_or_else(diverges)?;
             rows.set_noise(&noise, &fit.hypothesis).ok_or_else(diverges)?;

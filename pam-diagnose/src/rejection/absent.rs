@@ -55,9 +55,10 @@ pub(crate) fn may_be_absent<'p>(
     size * size / variance <= chi_square_quantile(probability, offs.len() as f64)
 }
 
-/// Whether a length scale, time constant or cutoff frequency of a cause is undetermined: its interval spans more than a factor of
-/// `rejection.vague_ratio`, and either the magnitude of the cause is not significant or the interval covers the whole range of the parameter. If a creep is slower than the
-/// recording, for example, its stiffness is well determined while its time constant only has a lower bound.
+/// Whether the data do not identify a length scale, time constant or cutoff frequency of a cause: its interval spans more than a factor of
+/// `rejection.vague_ratio`, and either the magnitude of the cause is not significant or the interval covers the whole range of the
+/// parameter. If a creep is slower than the recording, for example, its stiffness is identified while its time constant only has a lower
+/// bound.
 pub(crate) fn vague<C: Candidates + ?Sized>(problem: &Problem<'_, C>, cause: &Cause) -> bool {
     let ratio = problem.settings.rejection.vague_ratio;
     let infos = problem.system.candidate(cause.member.candidate).parameters;

@@ -143,7 +143,7 @@ impl Ground<'_> {
         beside: &Hypothesis,
     ) -> Option<Rows<'s, Dyn<'s>>> {
         let mut rows = Rows::of(self.roles, system, &self.noise, self.prior.clone(), self.settings);
-        let beside = Hypothesis { locals: rows.whole.base().locals, ..beside.clone() };
+        let beside = rows.whole.with_base_locals(beside);
         rows.set_noise(&self.noise, &beside)?;
         rows.set_jacobian_reuses(self.settings.remainder.jacobian_reuses);
         Some(rows)

@@ -90,7 +90,7 @@ pub trait Candidates: Sync {
         let _ = (index, values);
         true
     }
-    /// Whether the cost has many local minima along the candidate's parameters, so that a gradient-based fit needs a compass search as well.
+    /// Whether the cost has many local minima in the parameters of the candidate, so that its fits include a compass search.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         let _ = (index, values);
         false

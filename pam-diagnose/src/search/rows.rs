@@ -41,9 +41,7 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
     /// rows that are one observation. Returns the set fitted to all rows; `None` if it cannot be simulated.
     pub fn learn_beside(&mut self, set: &Hypothesis) -> Option<Fit> {
         let iterations = self.whole.settings.search.iterations;
-        let locals = self.whole.base().locals;
-        let start = Hypothesis { locals, ..set.clone() };
-        let fit = self.whole.fit(start, iterations).ok()?;
+        let fit = self.whole.fit(self.whole.with_base_locals(set), iterations).ok()?;
         let noise = Noise::learned(&self.whole, &fit.hypothesis, &self.prior)?;
         self.set_noise(&noise, &fit.hypothesis)?;
         self.whole.fit(fit.hypothesis, iterations).ok()

@@ -76,8 +76,7 @@ impl Comparison {
         is_seen && (is_reduced || is_decisive && is_likely)
     }
 
-    /// Whether the score test has too little power to confirm the second hypothesis: under that hypothesis, its expected statistic is below
-    /// the critical value.
+    /// Whether the score test lacks power: even if the second hypothesis is true, the expected statistic is below the critical value.
     pub(crate) fn lacks_power(&self, settings: &VerdictSettings) -> bool {
         let needed = chi_square_quantile(1.0 - 2.0 * settings.score_p_value, 1.0);
         self.change.powi(2) < needed && !self.is_strained()
@@ -126,8 +125,7 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
     /// [`DiagnoseError`] if the simulation fails.
     pub(crate) fn opened(mut self, base: &Hypothesis) -> Result<Self, DiagnoseError> {
         if !self.same_experiments {
-            let base = Hypothesis { locals: self.problem.base().locals, ..base.clone() };
-            self.problem = self.problem.as_unseen(&base)?;
+            self.problem = self.problem.as_unseen(&self.problem.with_base_locals(base))?;
         }
         Ok(self)
     }
@@ -304,6 +302,6 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         if self.same_experiments {
             return hypothesis.clone();
         }
-        Hypothesis { locals: self.problem.base().locals, ..hypothesis.clone() }
+        self.problem.with_base_locals(hypothesis)
     }
 }

@@ -5,10 +5,9 @@
 //! O'Hagan 2014). The error of each channel is a sum of features `φ` of the motion with independent coefficients of mean zero, of which
 //! each has the same part of the variance, and each coefficient moves the parameters by `H⁻¹ Jᵀ W φ`.
 //!
-//! The size of the errors comes from two sources. [`known_errors`] are those that the model is known to make, from baseline
-//! recordings; names are judged beside them. Without baseline recordings, or where a further cause is at work that has no name, the
-//! model is wrong by more: [`widen_by_unexplained`] reads from the residual by how much, and widens the intervals of the causes that are
-//! named.
+//! [`known_errors`] have the size that baseline recordings show; names are tested against them. Without baseline recordings, or beside
+//! a cause that is not named, the errors are larger: [`widen_by_unexplained`] estimates their size from the residual and widens the
+//! intervals of the named causes.
 
 use super::cause::Cause;
 use crate::fit::{Fit, HALF_WIDTH, Problem, Responses};
@@ -59,9 +58,8 @@ pub(crate) fn known_errors<C: Candidates + ?Sized>(
     }
 }
 
-/// Widens the intervals of causes by errors of the model that the residual of their fit shows beyond the noise and the known
-/// errors. No limit leaves the range of its parameter. Intervals are as they were where the residual is within the noise, or where the
-/// simulation of the fit fails.
+/// Widens the intervals of causes by the model errors that the residual of their fit shows beyond the noise and the known errors. The ends
+/// stay within the range of the parameter. The intervals are unchanged if the residual is within the noise or the simulation fails.
 pub(crate) fn widen_by_unexplained<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     fit: &Fit,
@@ -88,8 +86,8 @@ pub(crate) fn widen_by_unexplained<C: Candidates + ?Sized>(
     }
 }
 
-/// What the features of each channel do to a fit, scaled so that all of a channel have a mean square of 1 together. `group` gives
-/// how many of a channel's features are taken together.
+/// The response of a fit to errors of each channel in the shape of each feature. The features are scaled so that their mean squares add up
+/// to 1. `group` maps the number of features to the size of the groups of [`Responses::left`].
 fn responses<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     fit: &Fit,
@@ -116,12 +114,12 @@ fn responses<C: Candidates + ?Sized>(
     problem.responses_to(fit, (channels * count, group(count)), series).ok()
 }
 
-/// For each channel the standard deviation of the model errors that the residual of a fit shows.
+/// The standard deviation of the model errors of each channel, estimated from the residual of a fit.
 ///
-/// A fit takes up a part of the errors, so its residual is smaller than they are: with a deviation `s`, features `Φ` add
-/// `s² tr L` to the weighted sum of squares, `L = Φᵀ (W − W J H⁻¹ Jᵀ W) Φ`. This gives `s²` by moments, from the mean square above that
-/// of the noise. It is known from as many errors as `L` has large eigenvalues, `ν = (tr L)² / tr L²` (Satterthwaite 1946), so
-/// the deviation is multiplied by the ratio of the quantiles of Student's t and of the normal distribution.
+/// A fit absorbs a part of the errors: errors with features `Φ` and standard deviation `s` add only `s² tr L` to the expected weighted sum of
+/// squares, with `L = Φᵀ (W − W J H⁻¹ Jᵀ W) Φ`. Equating this to the excess over the noise estimates `s²` (method of moments). The effective
+/// degrees of freedom of the estimate are `ν = (tr L)² / tr L²` (Satterthwaite 1946), so the deviation is multiplied by the ratio of the
+/// quantiles of Student's t and the normal distribution.
 fn unexplained_deviations(
     responses: &Responses,
     mean_squares: &[f64],

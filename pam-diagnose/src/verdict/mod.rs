@@ -1,8 +1,8 @@
 //! Where the verdict falls: from the chosen set to names that stand.
 //!
 //! `naming` rejects names, `causes` describes the [`Cause`]s that are left, and `alternatives` the candidates that are not named;
-//! `apparent` and `discrepancy` widen intervals by what baseline recordings show and by errors of the model; `bands`,
-//! `anomalies` and `stationary` look at what is left of the test data; `outcome` has the rule of the [`Verdict`].
+//! `apparent` and `discrepancy` widen intervals by apparent values in baseline recordings and by model errors; `bands`, `anomalies` and
+//! `stationary` examine the residual on the test data; `outcome` defines the rule of the [`Verdict`].
 
 mod alternatives;
 pub(crate) mod anomalies;

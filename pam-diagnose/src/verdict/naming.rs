@@ -161,9 +161,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         };
         let best = self.best_without(barred, is_larger)?;
         let iterations = self.rows.whole.settings.search.iterations;
-        // The rest was fitted to more recordings than those that train.
-        let locals = self.rows.choosing.train.base().locals;
-        let rest = Hypothesis { locals, ..rest.clone() };
+        // `rest` was fitted to training and validation recordings.
+        let rest = self.rows.choosing.train.with_base_locals(rest);
         let fitted = |h: &Hypothesis| self.rows.fitted(h.clone(), iterations);
         let (best, rest) = parallel::join(|| fitted(best.hypothesis()), || fitted(&rest));
         let best = best?;

@@ -70,8 +70,8 @@ fn an_interval_holds_the_truth_where_a_nuisance_is_at_its_limit() {
     assert!(all == 400 && held >= binomial_range(all, 0.95, 1e-3)[0], "{held} of {all}");
 }
 
-/// The model errs by a sum of six features with random coefficients, of which one is the column of the cause, and no baseline
-/// recordings show it. The other five show in the residual, and tell how large the sixth may be.
+/// The model error is a random linear combination of six features, one of which is the column of the cause, and there are no baseline
+/// recordings. The fit absorbs this one; its size is estimated from the other five, which remain in the residual.
 #[test]
 fn intervals_hold_the_truth_beside_a_wrong_model() {
     let settings = DiagnosisSettings::default();
