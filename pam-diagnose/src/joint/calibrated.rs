@@ -39,7 +39,10 @@ pub fn calibrated_inputs(
     let base = rows.whole.base();
     let diverges = || DiagnoseError::TooLittle("the model diverges on the recordings".into());
     let fit = rows.learn_beside(&base).ok_or_else(diverges)?.hypothesis;
-    let one = |((subject, quiet), local): ((&Subject, &Option<Recording>), &Vec<f64>)| {
+    let one = |(((subject, trial), quiet), local): (
+        ((&Subject, &Trial), &Option<Recording>),
+        &Vec<f64>,
+    )| {
         let nuisances = JointSystem::nuisances::<f64>(&fit, local);
         let mut recording = subject.recording.clone();
         let mut force_mn = driving_force(&recording).to_vec();
@@ -53,10 +56,10 @@ pub fn calibrated_inputs(
             None => recording.force_mn = force_mn,
         }
         recording.displacement_mm[0] += nuisances.start_mm;
-        recording.velocity_mm_s[0] += nuisances.start_mm_s;
+        recording.velocity_mm_s[0] = trial.record.start_velocity.mm_s + nuisances.start_mm_s;
         recording
     };
-    Ok(recordings.iter().zip(&quiet).zip(&fit.locals).map(one).collect())
+    Ok(recordings.iter().zip(&trials).zip(&quiet).zip(&fit.locals).map(one).collect())
 }
 
 /// A held force that acts earlier by so many samples than the one given: the cubic through the four nearest samples there, less

@@ -11,7 +11,7 @@ use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
 use pam_effects::effects::{AnyEffect, DataScales};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
-use pam_effects::simulation::{ResampledRecord, Trial};
+use pam_effects::simulation::{ResampledRecord, StartVelocity, Trial};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -149,6 +149,7 @@ fn trial(
     recording.pressure_extensor_kpa = vec![kpa[1]; n];
     let mut t =
         Trial::new(&model.joint, &Subject { recording, masses, origin: MassOrigin::GasLaw });
-    (t.record.rest.start_mm, t.record.rest.sealed_mm, t.record.start_mm_s) = (0.0, 0.0, 0.0);
+    (t.record.rest.start_mm, t.record.rest.sealed_mm) = (0.0, 0.0);
+    t.record.start_velocity = StartVelocity { mm_s: 0.0, deviation_mm_s: 0.0 };
     t
 }

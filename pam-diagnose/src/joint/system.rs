@@ -109,6 +109,8 @@ impl<'a> JointSystem<'a> {
             let series: Vec<Vec<f64>> = open.iter().map(points).collect();
             noise_deviation(&series, 0.0)
         });
+        let starts = open.iter().map(|part| trials[part.experiment].record.start_velocity);
+        let noisy_mm_s = starts.map(|start| start.deviation_mm_s).fold(0.0, f64::max);
         let noisy_kpa = SAMPLE_DEVIATIONS * sensors[0].max(sensors[1]);
         let offset = Nuisance::of(fit.offset_deviation_kpa.hypot(noisy_kpa));
         let mut open_points: Vec<usize> = trials.iter().map(|t| t.record.points()).collect();
@@ -131,7 +133,7 @@ impl<'a> JointSystem<'a> {
             shared: vec![model, model, lead, force_noise],
             local: [
                 Nuisance::of(fit.start_deviation_mm),
-                Nuisance::of(fit.start_deviation_mm_s),
+                Nuisance::of(fit.start_deviation_mm_s.hypot(noisy_mm_s)),
                 air,
                 air,
                 offset,

@@ -192,7 +192,7 @@ settings! {
         share_deviation: f64 = 0.1, "–", POSITIVE, STUDIES;
         /// Prior standard deviation of the displacement at the start.
         start_deviation_mm: f64 = 0.02, "mm", POSITIVE, RIG;
-        /// Prior standard deviation of the velocity at the start.
+        /// Least prior standard deviation of the velocity at the start; the noise of the measured one is added.
         start_deviation_mm_s: f64 = 1.0, "mm/s", POSITIVE, RIG;
         /// Prior standard deviation of the logarithms of the sealed masses.
         air_deviation: f64 = 2e-3, "–", POSITIVE, RIG;

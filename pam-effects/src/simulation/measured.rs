@@ -23,6 +23,6 @@ impl<S: EffectScalar> Measured<S> {
             start_mm: c(record.rest.start_mm),
             start_kpa: record.rest.start_kpa.map(c),
         };
-        Self { rest, start_mm_s: c(record.start_mm_s) }
+        Self { rest, start_mm_s: c(record.start_velocity.mm_s) }
     }
 }

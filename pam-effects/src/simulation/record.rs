@@ -2,6 +2,7 @@
 
 use super::input::{FineForce, interpolated, resampled};
 use super::spectrum::MotionSpectrum;
+use super::start::StartVelocity;
 use super::steps::LONGEST_S;
 use super::trial::range_of;
 use crate::effects::{Before, Rest};
@@ -59,8 +60,8 @@ pub struct ResampledRecord {
     pub resolution: [f64; 4],
     /// Readings at rest and at the first sample, as measured.
     pub rest: Rest<f64>,
-    /// Measured velocity at the first sample, mm/s.
-    pub start_mm_s: f64,
+    /// Velocity at the first sample.
+    pub start_velocity: StartVelocity,
     /// Range of the displacement (mm) and of the velocity (mm/s) in which the joint moves.
     pub ranges: [[f64; 2]; 2],
     /// How fast the measured motion is; of a part of a recording that of the whole.
@@ -152,7 +153,8 @@ impl ResampledRecord {
             }
         });
         let sealed = r.reading_at_rest();
-        let [x0, v0, pf0, pe0] = r.initial_state();
+        let [x0, _, pf0, pe0] = r.initial_state();
+        let resolution = r.resolution();
         let force = fine_force(r, step_s, steps_per_point, points);
         let rest = Rest {
             start_s: 0.0,
@@ -182,9 +184,9 @@ impl ResampledRecord {
             ranges: [range_of(&measured[0]), range_of(&measured[1])],
             spectrum: MotionSpectrum::new(&measured[0], step_s, sample_s),
             measured,
-            resolution: r.resolution(),
+            start_velocity: StartVelocity::of(r, resolution[1]),
+            resolution,
             rest,
-            start_mm_s: v0,
             masses: subject.masses,
         }
     }
@@ -209,13 +211,14 @@ impl ResampledRecord {
         let halves = 2 * self.steps_per_point;
         let forces = halves * first..halves * points.end;
         let measured = [0, 1, 2, 3].map(|c| self.measured[c][points.clone()].to_vec());
-        let [x, v, flexor, extensor] = [0, 1, 2, 3].map(|c| self.measured[c][first]);
+        let [x, flexor, extensor] = [0, 2, 3].map(|c| self.measured[c][first]);
         Self {
             source: RecordSource { start_s: self.source.start_s + start_s, ..self.source.clone() },
             since_start_s: self.since_start_s + start_s,
             before: self.measured_before(first).map(Arc::new),
             force: self.force.part(forces.clone()),
             doubtful_force: self.doubtful_force.as_ref().map(|f| f.part(forces)),
+            start_velocity: StartVelocity::at(self, first),
             measured,
             rest: Rest {
                 start_s: self.since_start_s + start_s,
@@ -224,7 +227,6 @@ impl ResampledRecord {
                 start_kpa: [flexor, extensor],
                 ..self.rest
             },
-            start_mm_s: v,
             ..self.clone()
         }
     }

@@ -16,6 +16,7 @@ mod own;
 mod plain;
 mod sensing;
 mod sensitivities;
+mod start;
 mod steps;
 mod timed;
 mod training;

@@ -209,11 +209,30 @@ impl Plant {
     /// friction, positive where the joint is pulled back towards −x. `masses_g` are the true ones.
     #[must_use]
     pub fn elastic_restoring_force_n(&self, displacement_mm: f64, masses_g: [f64; 2]) -> f64 {
+        self.elastic_force_n(displacement_mm, masses_g, |muscle, c| muscle.gas_volume_mm3(c))
+    }
+
+    /// The same with chambers that follow every contraction.
+    #[must_use]
+    pub fn elastic_restoring_force_without_limit_n(
+        &self,
+        displacement_mm: f64,
+        masses_g: [f64; 2],
+    ) -> f64 {
+        self.elastic_force_n(displacement_mm, masses_g, |muscle, c| muscle.following_volume_mm3(c))
+    }
+
+    fn elastic_force_n(
+        &self,
+        displacement_mm: f64,
+        masses_g: [f64; 2],
+        volume_mm3: impl Fn(&Muscle, f64) -> f64,
+    ) -> f64 {
         let tension = |i: usize| {
             let muscle = &self.muscles[i];
             let contraction = SIDE[i] * displacement_mm;
             let kpa = masses_g[i] * pam_core::units::GAS_COEFFICIENT_KPA_MM3_PER_G
-                / muscle.gas_volume_mm3(contraction);
+                / volume_mm3(muscle, contraction);
             muscle.elastic_tension_n(contraction, kpa - ATMOSPHERE_KPA).max(0.0)
         };
         tension(1) - tension(0)

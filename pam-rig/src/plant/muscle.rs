@@ -102,8 +102,13 @@ impl Muscle {
     /// Volume of the gas at a contraction, mm³.
     #[must_use]
     pub fn gas_volume_mm3(&self, contraction_mm: f64) -> f64 {
-        let c = contraction_mm.min(self.law.largest_contraction_mm);
-        let volume = self.braid.volume_mm3(c);
+        self.following_volume_mm3(contraction_mm.min(self.law.largest_contraction_mm))
+    }
+
+    /// Volume of the gas at a contraction without a largest one, mm³.
+    #[must_use]
+    pub fn following_volume_mm3(&self, contraction_mm: f64) -> f64 {
+        let volume = self.braid.volume_mm3(contraction_mm);
         if self.law.exponent == 1.0 {
             return volume;
         }
