@@ -42,7 +42,7 @@ struct Arguments {
 enum Action {
     /// List the cases and their factors.
     List {
-        /// Cases whose id contains this.
+        /// Cases whose id contains this, or after ^ begins with it.
         #[arg(long, default_value = "")]
         only: String,
         /// As JSON, one case per line.
@@ -51,7 +51,7 @@ enum Action {
     },
     /// Run cases that have no outcome yet.
     Run {
-        /// Cases whose id contains this.
+        /// Cases whose id contains this, or after ^ begins with it.
         #[arg(long, default_value = "")]
         only: String,
         /// Every so-manieth of them.
@@ -66,7 +66,7 @@ enum Action {
     },
     /// Run the plausibility checks alone and print the cases that they reject: a fault must not be taken for a wrong input.
     Check {
-        /// Cases whose id contains this.
+        /// Cases whose id contains this, or after ^ begins with it.
         #[arg(long, default_value = "")]
         only: String,
         /// Every so-manieth of them.
@@ -127,7 +127,11 @@ fn cases(seed: u64) -> Vec<Case> {
 }
 
 fn selected(seed: u64, only: &str) -> Vec<Case> {
-    cases(seed).into_iter().filter(|c| c.id.contains(only)).collect()
+    let is_meant = |id: &str| match only.strip_prefix('^') {
+        Some(beginning) => id.starts_with(beginning),
+        None => id.contains(only),
+    };
+    cases(seed).into_iter().filter(|c| is_meant(&c.id)).collect()
 }
 
 fn list(seed: u64, only: &str, json: bool) -> Result<(), String> {

@@ -622,6 +622,15 @@ mod long {
         assert_eq!(outcome_of(&design::of_seed(8), "nulls-153").verdict, "nothing_found");
     }
 
+    /// Nothing is hidden, and slack and friction are. The first gradient of an unfiltered encoder with steps of 10 µm starts a prediction
+    /// with up to 20 mm/s from rest.
+    #[test]
+    #[ignore = "long"]
+    fn a_noisy_velocity_at_the_start_is_no_cause() {
+        assert_eq!(outcome_of(&design::of_seed(10), "nulls-086").verdict, "nothing_found");
+        names_in_case("pairs-043", &["tendon_slack", "coulomb_friction"]);
+    }
+
     /// A delay is uncertain by the timing of the force within a sample, which has limits.
     #[test]
     #[ignore = "long"]

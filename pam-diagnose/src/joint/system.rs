@@ -45,7 +45,7 @@ pub struct JointSystem<'a> {
     pub(super) motions: Vec<Motions>,
 }
 
-/// Standard deviations of the noise from one grid point to the next that the first sample of a pressure may be off by:
+/// Standard deviations of the noise from one grid point to the next that the first sample of a sensor may be off by:
 /// noise that is correlated shows a part of itself only from point to point.
 const SAMPLE_DEVIATIONS: f64 = 3.0;
 
@@ -101,17 +101,21 @@ impl<'a> JointSystem<'a> {
         });
         let (model, air) = (Nuisance::of(fit.model_deviation), Nuisance::of(fit.air_deviation));
         // One sample of a noisy sensor starts each prediction.
-        let sensors = [2, 3].map(|c| {
-            let points = |part: &OpenPart| {
-                let t = &trials[part.experiment].record;
-                t.measured[c][..t.points_within(part.end_s)].to_vec()
+        let records = || open.iter().map(|part| (&trials[part.experiment].record, part.end_s));
+        let noise_of = |channel: usize| {
+            let points = |(record, end_s): (&ResampledRecord, f64)| {
+                record.measured[channel][..record.points_within(end_s)].to_vec()
             };
-            let series: Vec<Vec<f64>> = open.iter().map(points).collect();
-            noise_deviation(&series, 0.0)
-        });
-        let starts = open.iter().map(|part| trials[part.experiment].record.start_velocity);
-        let noisy_mm_s = starts.map(|start| start.deviation_mm_s).fold(0.0, f64::max);
-        let noisy_kpa = SAMPLE_DEVIATIONS * sensors[0].max(sensors[1]);
+            SAMPLE_DEVIATIONS * noise_deviation(&records().map(points).collect::<Vec<_>>(), 0.0)
+        };
+        let largest = |of: &dyn Fn(&ResampledRecord) -> f64| {
+            records().map(|(record, _)| of(record)).fold(0.0, f64::max)
+        };
+        let steps_mm = largest(&|record| record.resolution[0]) / 12_f64.sqrt();
+        let start_mm = fit.start_deviation_mm.hypot(noise_of(0).max(steps_mm));
+        let noisy_mm_s = largest(&|record| record.start_velocity.deviation_mm_s);
+        let start_mm_s = fit.start_deviation_mm_s.hypot(noisy_mm_s);
+        let noisy_kpa = noise_of(2).max(noise_of(3));
         let offset = Nuisance::of(fit.offset_deviation_kpa.hypot(noisy_kpa));
         let mut open_points: Vec<usize> = trials.iter().map(|t| t.record.points()).collect();
         for part in open {
@@ -131,14 +135,7 @@ impl<'a> JointSystem<'a> {
             effects,
             terms: Vec::new(),
             shared: vec![model, model, lead, force_noise],
-            local: [
-                Nuisance::of(fit.start_deviation_mm),
-                Nuisance::of(fit.start_deviation_mm_s.hypot(noisy_mm_s)),
-                air,
-                air,
-                offset,
-                offset,
-            ],
+            local: [Nuisance::of(start_mm), Nuisance::of(start_mm_s), air, air, offset, offset],
             outputs,
             settings: *settings,
             motions: open_points.iter().map(|_| motions::latest()).collect(),

@@ -190,13 +190,13 @@ settings! {
         force_noise_deviation: f64 = 1.0, "–", POSITIVE, USUAL;
         /// Least prior standard deviation of the share of an effect from baseline recordings that the data have.
         share_deviation: f64 = 0.1, "–", POSITIVE, STUDIES;
-        /// Prior standard deviation of the displacement at the start.
+        /// Least prior standard deviation of the displacement at the start; the noise of the measured one is added.
         start_deviation_mm: f64 = 0.02, "mm", POSITIVE, RIG;
         /// Least prior standard deviation of the velocity at the start; the noise of the measured one is added.
         start_deviation_mm_s: f64 = 1.0, "mm/s", POSITIVE, RIG;
         /// Prior standard deviation of the logarithms of the sealed masses.
         air_deviation: f64 = 2e-3, "–", POSITIVE, RIG;
-        /// Prior standard deviation of the offset of the first pressure samples.
+        /// Least prior standard deviation of the offset of the first pressure samples; their noise is added.
         offset_deviation_kpa: f64 = 0.5, "kPa", POSITIVE, RIG;
     }
 }

@@ -7,6 +7,7 @@ use pam_diagnose::data::OpenPart;
 use pam_diagnose::fit::{Fit, Interval, Problem};
 use pam_diagnose::joint::JointSystem;
 use pam_diagnose::noise::{Noise, estimated_noise};
+use pam_diagnose::search::Candidates;
 use pam_effects::effects::{AnyEffect, by_id};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use rand::SeedableRng;
@@ -170,4 +171,29 @@ mod long {
         let share = all as f64 / (3 * REPETITIONS) as f64;
         assert!((0.9..=0.99).contains(&share), "{share}");
     }
+}
+
+/// A start that one sample of a coarse sensor shows may be off by as much.
+#[test]
+fn priors_of_a_start_are_as_wide_as_its_sensors_are_coarse() {
+    let model = linear();
+    let command = driven(16.5, 0.0, |s| 100.0 * s.sin());
+    let mut trial = Trial::new(&model, &subject(&model, command, MassOrigin::Given));
+    let settings = DiagnosisSettings::default();
+    let deviations = |trial: &Trial| {
+        let base = Base::of(&linear());
+        let all = OpenPart::whole(1);
+        let system = JointSystem::new(vec![trial], &all, base, &[], Vec::new(), &settings);
+        [0, 1].map(|k| system.local()[k].deviation)
+    };
+    let fit = settings.fit;
+    let [mm, mm_s] = deviations(&trial);
+    assert!((mm - fit.start_deviation_mm).abs() < 1e-9, "{mm} mm");
+    assert!((mm_s - fit.start_deviation_mm_s).abs() < 1e-9, "{mm_s} mm/s");
+    // An error that is uniform over steps of 0.2 mm, and a noisy gradient.
+    trial.record.resolution[0] = 0.2;
+    trial.record.start_velocity.deviation_mm_s = 8.0;
+    let [mm, mm_s] = deviations(&trial);
+    assert!((mm - fit.start_deviation_mm.hypot(0.2 / 12_f64.sqrt())).abs() < 1e-9, "{mm} mm");
+    assert!((mm_s - fit.start_deviation_mm_s.hypot(8.0)).abs() < 1e-9, "{mm_s} mm/s");
 }
