@@ -275,8 +275,10 @@ impl Judged {
         // Without a test set, names are as good as training and validation data make them.
         let settings = &prepared.settings.verdict;
         let established = are_established(open, names);
+        let only_noise = bands.iter().all(|band| !band.outside);
         let confirmed = test.problem().is_empty()
-            || comparison.is_some_and(|c| c.confirms(&reduction, established, settings));
+            || comparison
+                .is_some_and(|c| c.confirms(&reduction, established, only_noise, settings));
         let lacks_power = comparison.is_some_and(|c| c.lacks_power(settings));
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {

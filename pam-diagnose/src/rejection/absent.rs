@@ -1,6 +1,6 @@
 //! Names whose intervals hold that they are absent.
 
-use crate::fit::{HALF_WIDTH, Interval, Problem};
+use crate::fit::{Fit, HALF_WIDTH, Interval, Problem};
 use crate::search::Candidates;
 use crate::verdict::Cause;
 use pam_numerics::statistics::chi_square_quantile;
@@ -9,6 +9,25 @@ use pam_vocabulary::ParameterInfo;
 
 /// Probability of the intervals of parameters.
 pub(crate) const OF_INTERVALS: f64 = 0.95;
+
+/// Largest share of what a cause gains that may be left where its magnitudes are off.
+const LEFT_WHERE_OFF: f64 = 0.05;
+
+/// Whether the cause at a place of the best fit is absent where its magnitudes are off: the cost there is that without it. A slack tendon
+/// that loses no stiffness still keeps the volume of its chamber.
+pub(crate) fn is_absent_where_off<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    best: &Fit,
+    place: usize,
+) -> bool {
+    let off = best.hypothesis.with_magnitudes(problem.system, place, 0.0);
+    let without = best.hypothesis.without(place);
+    let [off, without] = [off, without].map(|h| Some(problem.cost(&h, &problem.errors(&h).ok()?)));
+    match (off, without) {
+        (Some(off), Some(without)) => without - off <= LEFT_WHERE_OFF * (without - best.cost),
+        _ => true,
+    }
+}
 
 /// Whether every parameter that could switch a cause off may be at the value at which it is off, in the region that holds the truth with
 /// this `probability`. False for a cause without such a parameter.

@@ -17,7 +17,7 @@ pub mod null_test;
 pub mod stability;
 pub mod stability_test;
 
-pub(crate) use absent::{OF_INTERVALS, may_be_absent, vague};
+pub(crate) use absent::{OF_INTERVALS, is_absent_where_off, may_be_absent, vague};
 pub use null_test::NullTest;
 pub use stability::ParameterStability;
 pub(crate) use stability_test::correlation;

@@ -322,7 +322,8 @@ settings! {
         /// causes are confirmed.
         score_p_value: f64 = 0.005, "–", SHARE, USUAL;
         /// Drop of minus two times the logarithm of the posterior probability on the test data that confirms causes which the other
-        /// data establish, even if most of it is in one block, if fitted starts and masses are about as likely with them.
+        /// data establish, even if most of it is in one block, if fitted starts and masses are about as likely with them. Where the causes leave
+        /// nothing but noise, `confusable_odds` are enough.
         decisive_evidence: f64 = 100.0, "–", COST, STUDIES;
         /// Probability with which a channel without error is inside its noise band.
         band_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
@@ -363,7 +364,8 @@ settings! {
         inadequate_ratio: f64 = 2.0, "–", FACTOR, STUDIES;
         /// Least share of a channel's variation that these errors are.
         inadequate_share: f64 = 0.1, "–", SHARE, USUAL;
-        /// A candidate is confusable with a cause if the odds of the cause against it are less than this.
+        /// A candidate is confusable with a cause if the odds of the cause against it are less than this. Causes with larger odds against none are
+        /// established.
         confusable_odds: f64 = 1000.0, "–", FACTOR, STUDIES;
         /// A candidate is also confusable with a cause if it removes at least this share of the error that the cause removes.
         confusable_share: f64 = 0.95, "–", SHARE, STUDIES;

@@ -62,15 +62,22 @@ impl Comparison {
     /// and have either sign, so a significantly negative error reduction counts against it only if the fitted starts and masses are
     /// also less likely than under the first.
     /// A second hypothesis that hardly changes the simulation is not confirmed. If training and validation data have `established` the causes,
-    /// decisive evidence confirms them even if it comes from few blocks, provided that the fitted starts and masses are about as likely.
+    /// decisive evidence confirms them even if it comes from few blocks, provided that the fitted starts and masses are about as likely. Where
+    /// the second hypothesis leaves `only_noise`, of known size, the odds are as they are stated, and need not be as large as those beside
+    /// errors of the model.
     pub(crate) fn confirms(
         &self,
         reduction: &OverallReduction,
         established: bool,
+        only_noise: bool,
         settings: &VerdictSettings,
     ) -> bool {
         let is_seen = self.change > LEAST_CHANGE || self.is_strained();
-        let is_decisive = established && self.evidence > settings.decisive_evidence;
+        let decisive = match only_noise {
+            true => 2.0 * settings.confusable_odds.ln(),
+            false => settings.decisive_evidence,
+        };
+        let is_decisive = established && self.evidence > decisive;
         let is_likely = self.prior_drop > -2.0 * TIE;
         let is_reduced = self.reduced && (is_likely || reduction.ci95[1] > 0.0);
         is_seen && (is_reduced || is_decisive && is_likely)

@@ -8,11 +8,14 @@ use super::outcome::share;
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, HALF_WIDTH, Interval, Problem};
 use crate::onset::{Pattern, Times, time_interval};
-use crate::rejection::{OF_INTERVALS, ParameterStability, StabilityTest, may_be_absent};
+use crate::rejection::{
+    OF_INTERVALS, ParameterStability, StabilityTest, is_absent_where_off, may_be_absent,
+};
 use crate::search::Candidates;
 use crate::search::refit::other_shapes;
 use pam_core::parallel;
 use pam_numerics::dot;
+use pam_numerics::statistics::chi_square_quantile;
 use pam_vocabulary::ParameterInfo;
 
 impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
@@ -52,7 +55,16 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             let mut parameters = widened(problem, (best, place), own, &errors, &apparent);
             let values: Vec<Interval> = parameters.iter().map(|p| p.1).collect();
             let of_rows = (own, &influences.values[fitted.clone()]);
+            let less = match best.hypothesis.members.len() {
+                1 => Some(base.clone()),
+                _ => problem.fit(best.hypothesis.without(place), iterations).ok(),
+            };
+            let is_absent_where_off = is_absent_where_off(problem, best, place);
+            let gain = less.as_ref().map_or(f64::INFINITY, |f| f.cost - best.cost);
             let may_be_absent = |probability: f64| {
+                if !is_absent_where_off {
+                    return gain <= chi_square_quantile(probability, own_len as f64);
+                }
                 may_be_absent(
                     info.parameters.iter().zip(values.iter().copied()),
                     |i, j| errors.covariance(of_rows, i, j),
@@ -69,10 +81,6 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
                 parameters.extend(names.zip(times.iter().copied()));
             }
-            let less = match best.hypothesis.members.len() {
-                1 => Some(base.clone()),
-                _ => problem.fit(best.hypothesis.without(place), iterations).ok(),
-            };
             let without = less.as_ref().map_or(named, |f| self.chi_square(f));
             let alternatives = self.alternatives(best, place);
             let id = |c: usize| problem.system.candidate(c).id.to_owned();
