@@ -49,11 +49,14 @@ pub struct JointSystem<'a> {
 /// noise that is correlated shows a part of itself only from point to point.
 const SAMPLE_DEVIATIONS: f64 = 3.0;
 
-/// Whether an effect with these values changes nothing: all its parameters that have a value at which they are off take it.
+/// Whether an effect with these values changes nothing: all its parameters that have a value at which they are off take it, and it does not act
+/// there.
 pub(super) fn is_absent<S: EffectScalar>(effect: &dyn AnyEffect, values: &[S]) -> bool {
     let pairs = effect.info().parameters.iter().zip(values);
     let mut magnitudes = pairs.filter_map(|(p, value)| Some((p.off?, value.real()))).peekable();
-    magnitudes.peek().is_some() && magnitudes.all(|(off, value)| off == value)
+    !effect.acts_where_off()
+        && magnitudes.peek().is_some()
+        && magnitudes.all(|(off, value)| off == value)
 }
 
 /// Rows behind the end of the open part of a recording that are simulated with it: windows end at whole rows.
@@ -112,7 +115,9 @@ impl<'a> JointSystem<'a> {
             records().map(|(record, _)| of(record)).fold(0.0, f64::max)
         };
         let steps_mm = largest(&|record| record.resolution[0]) / 12_f64.sqrt();
-        let start_mm = fit.start_deviation_mm.hypot(noise_of(0).max(steps_mm));
+        let shows_noise = records().all(|(record, _)| record.shows_noise());
+        let noisy_mm = if shows_noise { noise_of(0) } else { 0.0 };
+        let start_mm = fit.start_deviation_mm.hypot(noisy_mm.max(steps_mm));
         let noisy_mm_s = largest(&|record| record.start_velocity.deviation_mm_s);
         let start_mm_s = fit.start_deviation_mm_s.hypot(noisy_mm_s);
         let noisy_kpa = noise_of(2).max(noise_of(3));

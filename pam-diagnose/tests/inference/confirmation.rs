@@ -95,7 +95,11 @@ fn a_cause_that_acts_in_one_block_of_the_test_data_is_confirmed() {
         system.diagnosed(TestSource::Kept, 1.0, None, settings, 1).verdict
     };
     assert_ne!(verdict(&settings), Verdict::Unconfirmed);
-    let mut by_blocks_alone = settings;
-    by_blocks_alone.verdict.decisive_evidence = 1e6;
+    // With nothing but noise left, odds of 1000 to 1 are enough.
+    let mut by_odds = settings;
+    by_odds.verdict.decisive_evidence = 1e6;
+    assert_ne!(verdict(&by_odds), Verdict::Unconfirmed);
+    let mut by_blocks_alone = by_odds;
+    by_blocks_alone.verdict.confusable_odds = 1e300;
     assert_eq!(verdict(&by_blocks_alone), Verdict::Unconfirmed);
 }

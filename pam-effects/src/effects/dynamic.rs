@@ -118,6 +118,7 @@ dispatch! {
         fn may_stick_later(&self, values: &[f64]) -> bool;
         fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>>;
         fn stands(&self, values: &[f64], scales: &DataScales) -> bool;
+        fn acts_where_off(&self) -> bool;
         fn changes_gas(&self) -> bool;
         fn hooks(&self) -> Hooks;
         fn memory_len(&self) -> usize;

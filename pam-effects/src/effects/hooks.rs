@@ -288,6 +288,12 @@ pub trait Effect: Send + Sync + 'static {
         0
     }
 
+    /// Whether the effect still acts where all its magnitudes are at their [`off`](crate::effects::ParameterInfo::off) values: what depends on
+    /// its scales alone, such as the displacement beyond which a chamber keeps its volume.
+    fn acts_where_off(&self) -> bool {
+        false
+    }
+
     /// `true` if the effect changes the gas law of the chambers.
     fn changes_gas(&self) -> bool {
         false

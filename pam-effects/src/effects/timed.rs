@@ -349,6 +349,10 @@ impl AnyEffect for Timed {
         self.with_own(values, |own| self.inner.stands(own, scales))
     }
 
+    fn acts_where_off(&self) -> bool {
+        self.inner.acts_where_off()
+    }
+
     fn changes_gas(&self) -> bool {
         self.inner.changes_gas()
     }

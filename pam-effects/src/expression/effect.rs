@@ -436,6 +436,10 @@ impl Effect for ExpressionEffect {
         }
     }
 
+    fn acts_where_off(&self) -> bool {
+        self.once.contraction_limit_mm.is_some()
+    }
+
     fn changes_gas(&self) -> bool {
         let Once { gas_exponent, deformation_factor, contraction_limit_mm, .. } = &self.once;
         self.motion[AIR_G_S].is_some()

@@ -2,7 +2,7 @@
 
 use super::input::{FineForce, interpolated, resampled};
 use super::spectrum::MotionSpectrum;
-use super::start::StartVelocity;
+use super::start::{StartVelocity, show_noise};
 use super::steps::LONGEST_S;
 use super::trial::range_of;
 use crate::effects::{Before, Rest};
@@ -229,6 +229,12 @@ impl ResampledRecord {
             },
             ..self.clone()
         }
+    }
+
+    /// Whether differences between neighbouring grid points show noise and not motion.
+    #[must_use]
+    pub fn shows_noise(&self) -> bool {
+        show_noise(self.step_s)
     }
 
     /// Number of grid points.

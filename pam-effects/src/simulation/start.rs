@@ -5,7 +5,7 @@
 //!
 //! The noise is read from third differences of the velocity, in which motion up to a twentieth of the sampling rate is small: of the
 //! gradient `(xₖ₊₁ − xₖ₋₁)/2h` of a displacement with white noise σ they have the variance `7 σ²/h²`, of its means over n samples,
-//! `(xₖ₊ₙ − xₖ)/nh`, `70 σ²/(nh)²`.
+//! `(xₖ₊ₙ − xₖ)/nh`, `70 σ²/(nh)²`. Below 200 Hz they are motion, and only the steps of the sensor count as noise.
 
 use super::record::ResampledRecord;
 use pam_data::Recording;
@@ -44,7 +44,7 @@ impl StartVelocity {
     #[must_use]
     pub fn of(recording: &Recording, resolution: f64) -> Self {
         let step_s = median_step_s(&recording.time_s);
-        let noise = noise(&recording.velocity_mm_s, FIRST_GRADIENT);
+        let noise = noise(&recording.velocity_mm_s, step_s, FIRST_GRADIENT);
         // The steps of the gradient are half as high as those of the first one. Slow motion seldom crosses one.
         let of_steps = 2.0 * resolution / 6_f64.sqrt();
         let deviation_mm_s = noise.hypot(of_steps);
@@ -52,7 +52,7 @@ impl StartVelocity {
         // The noise of the displacement, if the velocity is its gradient.
         let noise_mm = deviation_mm_s * step_s / 2_f64.sqrt();
         let slope_noise = |n: usize| noise_mm * (1200.0 / n as f64).sqrt() / (n as f64 * step_s);
-        let most = ((LONGEST_S / step_s) as usize).min(recording.len());
+        let most = ((LONGEST_S / step_s + 1e-6) as usize).min(recording.len());
         let len = (FEWEST..=most).find(|&n| slope_noise(n) <= QUIET_MM_S).unwrap_or(most);
         if len < FEWEST || deviation_mm_s <= QUIET_MM_S.max(slope_noise(len)) {
             return measured;
@@ -71,12 +71,21 @@ impl StartVelocity {
     pub(super) fn at(record: &ResampledRecord, point: usize) -> Self {
         let velocity = &record.measured[1];
         let share = if record.sample_s < record.step_s { MEAN } else { GRADIENT };
-        Self { mm_s: velocity[point], deviation_mm_s: noise(velocity, share) }
+        Self { mm_s: velocity[point], deviation_mm_s: noise(velocity, record.step_s, share) }
     }
 }
 
-/// Standard deviation of the noise of velocities, of which the variance is such a part of that of third differences.
-fn noise(velocity_mm_s: &[f64], part: f64) -> f64 {
+/// Whether differences between samples at this distance show noise: a fast motion changes little from one to the next.
+pub(super) fn show_noise(step_s: f64) -> bool {
+    FEWEST as f64 * step_s <= LONGEST_S * (1.0 + 1e-6)
+}
+
+/// Standard deviation of the noise of velocities, of which the variance is such a part of that of third differences; 0 where these do not
+/// show noise.
+fn noise(velocity_mm_s: &[f64], step_s: f64, part: f64) -> f64 {
+    if !show_noise(step_s) {
+        return 0.0;
+    }
     let squares = velocity_mm_s.windows(4).map(|w| (w[3] - w[0] - 3.0 * (w[2] - w[1])).powi(2));
     let count = velocity_mm_s.len().saturating_sub(3).max(1);
     (part * squares.sum::<f64>() / count as f64).sqrt()

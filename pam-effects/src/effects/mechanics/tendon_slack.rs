@@ -13,6 +13,10 @@ impl Effect for TendonSlack {
         const { entry("tendon_slack") }
     }
 
+    fn acts_where_off(&self) -> bool {
+        true
+    }
+
     fn changes_gas(&self) -> bool {
         true
     }
@@ -22,7 +26,10 @@ impl Effect for TendonSlack {
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
-        [0.3, 0.6, 0.85].map(|share| vec![share * scales.reach_mm, 0.25]).to_vec()
+        // With and without a stiffness that is lost: the chamber alone shows in the pressures.
+        let losses = [0.25, 0.01];
+        let at = |share: f64| losses.map(|loss| vec![share * scales.reach_mm, loss]);
+        [0.3, 0.6, 0.85].into_iter().flat_map(at).collect()
     }
 
     fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
