@@ -39,10 +39,9 @@ pub fn calibrated_inputs(
     let base = rows.whole.base();
     let diverges = || DiagnoseError::TooLittle("the model diverges on the recordings".into());
     let fit = rows.learn_beside(&base).ok_or_else(diverges)?.hypothesis;
-    let one = |(((subject, trial), quiet), local): (
-        ((&Subject, &Trial), &Option<Recording>),
-        &Vec<f64>,
-    )| {
+    let one = |i: usize| {
+        let (subject, local) = (&recordings[i], &fit.locals[i]);
+        let (trial, quiet) = (&trials[i], &quiet[i]);
         let nuisances = JointSystem::nuisances::<f64>(&fit, local);
         let mut recording = subject.recording.clone();
         let mut force_mn = driving_force(&recording).to_vec();
@@ -59,7 +58,7 @@ pub fn calibrated_inputs(
         recording.velocity_mm_s[0] = trial.record.start_velocity.mm_s + nuisances.start_mm_s;
         recording
     };
-    Ok(recordings.iter().zip(&trials).zip(&quiet).zip(&fit.locals).map(one).collect())
+    Ok((0..recordings.len()).map(one).collect())
 }
 
 /// A held force that acts earlier by so many samples than the one given: the cubic through the four nearest samples there, less
