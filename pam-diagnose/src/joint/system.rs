@@ -355,6 +355,10 @@ impl Candidates for JointSystem<'_> {
     }
 
     /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
+    fn acts_where_off(&self, index: usize) -> bool {
+        self.effect(index).acts_where_off()
+    }
+
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         let effect = self.effect(index);
         let joint = FixedState::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);

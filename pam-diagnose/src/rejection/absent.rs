@@ -10,16 +10,19 @@ use pam_vocabulary::ParameterInfo;
 /// Probability of the intervals of parameters.
 pub(crate) const OF_INTERVALS: f64 = 0.95;
 
-/// Largest share of what a cause gains that may be left where its magnitudes are off.
+/// Fraction of the cost reduction due to a cause that may remain with its magnitudes at their off values, for the cause to count as absent there.
 const LEFT_WHERE_OFF: f64 = 0.05;
 
-/// Whether the cause at a place of the best fit is absent where its magnitudes are off: the cost there is that without it. A slack tendon
-/// that loses no stiffness still keeps the volume of its chamber.
+/// Whether setting the magnitudes of a member of the best fit to their off values removes it: the cost is then the same as without it. A slack
+/// tendon is not removed: with zero stiffness loss, the volume of its chamber still stays constant.
 pub(crate) fn is_absent_where_off<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     best: &Fit,
     place: usize,
 ) -> bool {
+    if !problem.system.acts_where_off(best.hypothesis.members[place].candidate) {
+        return true;
+    }
     let off = best.hypothesis.with_magnitudes(problem.system, place, 0.0);
     let without = best.hypothesis.without(place);
     let [off, without] = [off, without].map(|h| Some(problem.cost(&h, &problem.errors(&h).ok()?)));
@@ -74,7 +77,7 @@ pub(crate) fn may_be_absent<'p>(
     size * size / variance <= chi_square_quantile(probability, offs.len() as f64)
 }
 
-/// Whether the data do not identify a length scale, time constant or cutoff frequency of a cause: its interval spans more than a factor of
+/// Whether a length scale, time constant or cutoff frequency of a cause is not identified by the data: its interval spans more than a factor of
 /// `rejection.vague_ratio`, and either the magnitude of the cause is not significant or the interval covers the whole range of the
 /// parameter. If a creep is slower than the recording, for example, its stiffness is identified while its time constant only has a lower
 /// bound.

@@ -144,6 +144,10 @@ impl<C: Candidates + ?Sized> Candidates for Remembered<'_, C> {
         self.system.stands(index, values)
     }
 
+    fn acts_where_off(&self, index: usize) -> bool {
+        self.system.acts_where_off(index)
+    }
+
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         self.system.is_rugged(index, values)
     }

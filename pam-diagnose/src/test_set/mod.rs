@@ -62,9 +62,8 @@ impl Comparison {
     /// and have either sign, so a significantly negative error reduction counts against it only if the fitted starts and masses are
     /// also less likely than under the first.
     /// A second hypothesis that hardly changes the simulation is not confirmed. If training and validation data have `established` the causes,
-    /// decisive evidence confirms them even if it comes from few blocks, provided that the fitted starts and masses are about as likely. Where
-    /// the second hypothesis leaves `only_noise`, of known size, the odds are as they are stated, and need not be as large as those beside
-    /// errors of the model.
+    /// decisive evidence confirms them even if it comes from few blocks, provided that the fitted starts and masses are about as likely. If
+    /// the residual of the second hypothesis is `only_noise`, smaller odds are decisive than with model errors, whose likelihood is approximate.
     pub(crate) fn confirms(
         &self,
         reduction: &OverallReduction,
@@ -73,9 +72,10 @@ impl Comparison {
         settings: &VerdictSettings,
     ) -> bool {
         let is_seen = self.change > LEAST_CHANGE || self.is_strained();
-        let decisive = match only_noise {
-            true => 2.0 * settings.confusable_odds.ln(),
-            false => settings.decisive_evidence,
+        let decisive = if only_noise {
+            2.0 * settings.confusable_odds.ln()
+        } else {
+            settings.decisive_evidence
         };
         let is_decisive = established && self.evidence > decisive;
         let is_likely = self.prior_drop > -2.0 * TIE;
@@ -83,7 +83,7 @@ impl Comparison {
         is_seen && (is_reduced || is_decisive && is_likely)
     }
 
-    /// Whether the score test lacks power: even if the second hypothesis is true, the expected statistic is below the critical value.
+    /// Whether the score test has low power: the expected value of its statistic under the second hypothesis is below the critical value.
     pub(crate) fn lacks_power(&self, settings: &VerdictSettings) -> bool {
         let needed = chi_square_quantile(1.0 - 2.0 * settings.score_p_value, 1.0);
         self.change.powi(2) < needed && !self.is_strained()

@@ -33,8 +33,8 @@ pub struct Cause {
     /// cause; and starts and masses can be as measured without it.
     #[serde(skip)]
     pub minor: bool,
-    /// Whether its parameters may all be at the values at which it is absent; for a cause that is not absent there, whether the cost without
-    /// it is hardly larger (likelihood-ratio test).
+    /// Whether the data are consistent with its absence: the confidence region of its magnitudes contains their off values or, if it still acts
+    /// there, a likelihood-ratio test does not reject the fit without it.
     #[serde(skip)]
     pub(crate) may_be_absent: bool,
     /// The same with the region of all candidates at once (Bonferroni): the largest of many that are absent may look certain alone.

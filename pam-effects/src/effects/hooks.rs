@@ -288,8 +288,8 @@ pub trait Effect: Send + Sync + 'static {
         0
     }
 
-    /// Whether the effect still acts where all its magnitudes are at their [`off`](crate::effects::ParameterInfo::off) values: what depends on
-    /// its scales alone, such as the displacement beyond which a chamber keeps its volume.
+    /// Whether the effect still changes the simulation when all its magnitudes have their [`off`](crate::effects::ParameterInfo::off) values, as
+    /// a contraction limit does, which depends on a displacement alone.
     fn acts_where_off(&self) -> bool {
         false
     }

@@ -6,8 +6,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::f64::consts::{PI, TAU};
 
-/// A recording of 2 s of a sine in motion, with the gradient of what a noisy encoder shows as velocity, and the true velocity at
-/// its start.
+/// A 2 s recording of sinusoidal motion by a noisy encoder, with the gradient of its readings as velocity, and the true initial velocity.
 fn recorded(rate_hz: f64, noise_mm: f64, step_mm: f64, rng: &mut ChaCha8Rng) -> (Recording, f64) {
     let h = 1.0 / rate_hz;
     let rate = TAU * rng.random_range(0.5..8.0);

@@ -10,9 +10,9 @@ pub const EFFECT: HiddenEffect = HiddenEffect {
     build: |v| Box::new(TendonSlack { displacement_mm: v[0], stiffness_loss: v[1] }),
 };
 
-/// The volume of the muscle that shortens stays where it is beyond the displacement, and of the elastic restoring force
-/// f of the joint without the effect the share `loss · (f(x) − f(±displacement))` is lost. The pressure that stays up in
-/// that muscle lowers its force by itself; what it lowers is a part of the loss.
+/// Beyond the displacement, the volume of the shortening muscle stays constant, and the elastic restoring force is lower by
+/// `loss · (f(x) − f(±displacement))`, where f is the force without the effect. The constant volume keeps the pressure in
+/// that muscle higher, which lowers the restoring force as well; the loss includes this part.
 struct TendonSlack {
     displacement_mm: f64,
     stiffness_loss: f64,
@@ -32,8 +32,9 @@ impl Phenomenon for TendonSlack {
         }
         let masses = [0, 1].map(|i| plant.muscles()[i].air.mass_g);
         let force = |x: f64| plant.elastic_restoring_force_without_limit_n(x, masses);
-        let lost = self.stiffness_loss * (force(x) - force(self.displacement_mm.copysign(x)));
-        let lost_to_pressure = force(x) - plant.elastic_restoring_force_n(x, masses);
+        let whole = force(x);
+        let lost = self.stiffness_loss * (whole - force(self.displacement_mm.copysign(x)));
+        let lost_to_pressure = whole - plant.elastic_restoring_force_n(x, masses);
         lost - lost_to_pressure
     }
 }

@@ -255,8 +255,8 @@ fn cogging() {
     }
 }
 
-/// Beyond 0.6 mm the shortening chamber keeps its volume, and of the further growth of the restoring force that the joint
-/// has without the effect 40 % are gone, what the pressure lowers included.
+/// Beyond 0.6 mm the volume of the shortening chamber stays constant, and the restoring force grows by 40 % less than without the
+/// effect. The reduction includes the part due to the higher pressure.
 #[test]
 fn tendon_slack() {
     let psi = [40.0, 50.0];
