@@ -47,9 +47,15 @@ pub enum DiagnoseError {
     /// The simulation of the model itself diverges.
     #[cfg(feature = "joint")]
     #[error(
-        "{0}; the model is not of this joint, or the data are not in the units of their format"
+        "{recording}: {diverged}; the model is not of this joint, the data are not in the units of their format, or the actuator \
+         delivers less than the recorded force"
     )]
-    Diverges(#[from] Diverged),
+    Diverges {
+        /// The recording on which it does.
+        recording: String,
+        /// The time at which it does.
+        diverged: Diverged,
+    },
 }
 
 /// All findings in one line.

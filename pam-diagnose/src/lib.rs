@@ -135,8 +135,8 @@ pub use diagnosis::{Diagnosis, Stage};
 pub use error::DiagnoseError;
 #[cfg(feature = "joint")]
 pub use joint::{
-    BaselineDiscrepancy, DiagnoseOptions, EffectLadder, JointDiagnosis, RecordingSets, diagnose,
-    joint_ladder, learn_remainder, refit,
+    BaselineDiscrepancy, CutRecording, DiagnoseOptions, EffectLadder, JointDiagnosis,
+    RecordingSets, diagnose, joint_ladder, learn_remainder, refit,
 };
 pub use settings::DiagnosisSettings;
 pub use verdict::Verdict;

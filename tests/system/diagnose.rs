@@ -60,6 +60,27 @@ fn a_load_is_named_though_errors_of_the_masses_hide_it() {
     assert!(recovered(&d, "constant_load", "force_n", 2.0), "{:?}", d.causes);
 }
 
+/// Of a recorded force of 150 N the actuator delivers 20 N. Near the resonance of the joint the model, driven with the recorded force, leaves
+/// the range of the joint and diverges at one pair of pressures. That recording counts up to there; the slow one counts as a whole.
+#[test]
+fn a_saturation_without_which_the_model_diverges_is_named() {
+    let saved = published_model();
+    let saturation = Hidden::new("force_saturation", &[("force_n", 20.0)]);
+    let runs = |conditions: &[[f64; 2]], from_to_hz: [f64; 2], seed| {
+        let chirp = Excitation::Chirp { from_to_hz, amplitude_n: 150.0, duration_s: 20.0 };
+        let effects = std::slice::from_ref(&saturation);
+        plant_runs(&saved, conditions, &chirp, effects, &Sensors::default(), seed)
+    };
+    let mut data = runs(&CONDITIONS, [0.3, 6.0], 41);
+    data.extend(runs(&CONDITIONS[..1], [0.3, 0.4], 42));
+    let d = diagnosed(&saved, &data, None, 1);
+    let cut = &d.model.cut_recordings;
+    assert_eq!(cut.len(), 1, "{cut:?}");
+    assert!(cut[0].used_s > 3.0 && cut[0].used_s < cut[0].recorded_s, "{}", cut[0]);
+    assert_eq!(d.named(), ["force_saturation"], "{:?}", d.reasons);
+    assert!(recovered(&d, "force_saturation", "force_n", 20.0), "{:?}", d.causes);
+}
+
 /// A test recording whose motion never reaches the slack of the tendon can neither confirm nor refute it. The other recordings establish the
 /// slack beyond doubt, so it is named, and the reasons say that the test data do not test it. So is one that loses no stiffness: its chamber
 /// keeps its volume.

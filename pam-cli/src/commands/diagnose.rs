@@ -370,6 +370,9 @@ pub fn diagnosed_into(
     for finding in &diagnosis.model.plausibility {
         console.warn(finding.to_string());
     }
+    for cut in &diagnosis.model.cut_recordings {
+        console.warn(cut.to_string());
+    }
     let mut extended = diagnosis.model.extended.to_saved();
     let remainder = diagnosis.remainder.as_ref();
     if diagnosis.is_extended() {

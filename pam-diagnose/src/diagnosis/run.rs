@@ -238,8 +238,8 @@ struct Judged {
     confirmed: bool,
     /// Whether they are not confirmed because the error of the simulation grows.
     grows: bool,
-    /// The [change](Comparison::change) that they make to the test data, if it is too small for the score test and training and validation
-    /// data alone establish them.
+    /// The [change](Comparison::change) that they make to the test data, if it is too small for the score test, and training and
+    /// validation data alone establish them.
     untested: Option<f64>,
     reduced: bool,
     inadequate: bool,
@@ -327,8 +327,8 @@ impl Judged {
         let names = names.join(" and ");
         if let Some(change) = self.untested {
             reasons.push(format!(
-                "the test data do not test {names}: the simulation there changes by only {change:.1} standard deviations, no more than by \
-                 chance"
+                "the test data do not test {names}: the simulation there changes by only {change:.1} standard deviations, too little for a \
+                 test of it"
             ));
         } else if !causes.is_empty() && !self.confirmed {
             let why = if self.grows {

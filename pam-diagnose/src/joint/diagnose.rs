@@ -2,6 +2,7 @@
 
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
+use super::divergence::{CutRecording, before_divergence, cut_recordings};
 use super::force_noise::{doubtful_force_n, quiet_forces, with_doubtful_force};
 use super::ladder::{EffectLadder, joint_ladder};
 use super::law;
@@ -88,6 +89,8 @@ pub struct DiagnosedJoint {
     pub force_noise_n: Option<f64>,
     /// Contradictions between the recordings and the physics of the joint.
     pub plausibility: Vec<Finding>,
+    /// Recordings on which the model diverges, of which only the beginning is used.
+    pub cut_recordings: Vec<CutRecording>,
     /// Magnitudes of the fitted recordings.
     #[serde(skip)]
     pub scales: DataScales,
@@ -142,6 +145,8 @@ pub fn diagnose(
     let subjects: Vec<&Subject> = sets.baseline.unwrap_or_default().iter().collect();
     let every = OpenPart::whole(subjects.len());
     let baseline_trials = ready_trials(model, &subjects, settings)?;
+    let recordings = sets.data.iter().chain(sets.test.unwrap_or_default()).chain(subjects);
+    let cut_recordings = cut_recordings(recordings, trials.iter().chain(&baseline_trials));
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
         let learned = match &options.discrepancy {
@@ -190,6 +195,7 @@ pub fn diagnose(
                 .map(|doubtful_n| best.shared[JointSystem::FORCE_NOISE] * doubtful_n)
                 .filter(|noise_n| *noise_n > 0.0),
             plausibility,
+            cut_recordings,
             scales: system.scales.clone(),
             candidates: options.candidates.clone(),
         }
@@ -236,14 +242,16 @@ pub(super) fn prepare(
     Ok((trials, roles))
 }
 
-/// The recordings ready for simulation, with the part of their force that may be noise.
+/// The recordings ready for simulation, as far as the model does not diverge on them, with the part of their force that may be
+/// noise.
 pub(super) fn ready_trials(
     model: &ExtendedModel,
     subjects: &[&Subject],
     settings: &DiagnosisSettings,
 ) -> Result<Vec<Trial>, DiagnoseError> {
     let trials = resampled(model, subjects, settings)?;
-    Ok(with_doubtful_force(trials, &quiet_forces(subjects, settings)))
+    let trials = with_doubtful_force(trials, &quiet_forces(subjects, settings));
+    trials.into_iter().map(|trial| before_divergence(trial, model, &settings.data)).collect()
 }
 
 /// The recordings with their tables of the base model's force, which has to be of mechanics that can be simulated often.

@@ -1,5 +1,6 @@
 //! Motions of the joint that are simulated once and observed through several sensor effects.
 
+use super::divergence::diverges;
 use super::system::{JointSystem, is_absent};
 use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
@@ -54,8 +55,9 @@ impl JointSystem<'_> {
             points,
         };
         let (trial, nuisances) = (self.trials[experiment], Self::nuisances(hypothesis, local));
-        Ok(self.motions[experiment].try_get(key, || {
+        self.motions[experiment].try_get(key, || {
             motion_until(trial, &self.base, &effects, &values, &nuisances, points)
-        })?)
+                .map_err(|diverged| diverges(trial, diverged))
+        })
     }
 }

@@ -26,6 +26,9 @@ impl ReportModel for DiagnosedJoint {
                     ul { @for finding in &self.plausibility { li { (finding.to_string()) } } }
                 }
             }
+            @if !self.cut_recordings.is_empty() {
+                div.note { ul { @for cut in &self.cut_recordings { li { (cut.to_string()) "." } } } }
+            }
             p {
                 @if self.force_lead_samples.abs() < HELD {
                     "The force between two samples is that of the first: it is held."

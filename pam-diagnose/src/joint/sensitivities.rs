@@ -1,6 +1,8 @@
 //! Residuals and sensitivities of one recording.
 
-use super::system::{JointSystem, Parts, is_absent, magnitudes};
+use super::divergence::diverges;
+use super::parts::{Parts, magnitudes};
+use super::system::{JointSystem, is_absent};
 use crate::error::DiagnoseError;
 use crate::fit::{FittedParameter, Hypothesis, Sensitivities, fitted_outputs, row_means};
 use crate::search::Candidates;
@@ -171,7 +173,8 @@ impl Experiment<'_> {
             sensed(trial, &of.effects, &of.values, &motion, &mut out);
         } else {
             let (effects, values) = (&of.effects, &of.values);
-            simulate_until(trial, base, effects, values, &nuisances, grid_points, &mut out)?;
+            simulate_until(trial, base, effects, values, &nuisances, grid_points, &mut out)
+                .map_err(|diverged| diverges(trial, diverged))?;
         }
         let plain = |&c: &usize| out.channels[c].iter().map(|v| v.value).collect();
         let simulated = channels.iter().map(plain).collect();

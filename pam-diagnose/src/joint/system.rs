@@ -1,20 +1,23 @@
 //! Recordings of the joint as experiments, effects as candidates.
 
 use super::baseline::BaselineDiscrepancy;
+use super::divergence::diverges;
 use super::motions::{self, Motions};
+use super::parts::{Parts, in_part};
 use super::scales::data_scales;
 use super::sensitivities::Experiment;
+use super::start::StartDeviations;
 use super::{factors, features};
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Sensitivities};
-use crate::noise::{NoisePrior, estimated_noise, moving_discrepancy, noise_deviation};
+use crate::noise::{NoisePrior, estimated_noise, moving_discrepancy};
 use crate::onset::{Acts, Pattern};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo, timed};
+use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, timed};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{
     Base, Nuisances, ResampledRecord, Trajectory, Trial, needed_substeps, simulate_until,
@@ -44,10 +47,6 @@ pub struct JointSystem<'a> {
     /// The most recently used motions, trial by trial.
     pub(super) motions: Vec<Motions>,
 }
-
-/// Standard deviations of the noise from one grid point to the next that the first sample of a sensor may be off by:
-/// noise that is correlated shows a part of itself only from point to point.
-const SAMPLE_DEVIATIONS: f64 = 3.0;
 
 /// Whether an effect with these values changes nothing: all its parameters that have a value at which they are off take it, and it does not act
 /// there.
@@ -103,25 +102,8 @@ impl<'a> JointSystem<'a> {
             fitted: c != Channel::V,
         });
         let (model, air) = (Nuisance::of(fit.model_deviation), Nuisance::of(fit.air_deviation));
-        // One sample of a noisy sensor starts each prediction.
-        let records = || open.iter().map(|part| (&trials[part.experiment].record, part.end_s));
-        let noise_of = |channel: usize| {
-            let points = |(record, end_s): (&ResampledRecord, f64)| {
-                record.measured[channel][..record.points_within(end_s)].to_vec()
-            };
-            SAMPLE_DEVIATIONS * noise_deviation(&records().map(points).collect::<Vec<_>>(), 0.0)
-        };
-        let largest = |of: &dyn Fn(&ResampledRecord) -> f64| {
-            records().map(|(record, _)| of(record)).fold(0.0, f64::max)
-        };
-        let steps_mm = largest(&|record| record.resolution[0]) / 12_f64.sqrt();
-        let shows_noise = records().all(|(record, _)| record.shows_noise());
-        let noisy_mm = if shows_noise { noise_of(0) } else { 0.0 };
-        let start_mm = fit.start_deviation_mm.hypot(noisy_mm.max(steps_mm));
-        let noisy_mm_s = largest(&|record| record.start_velocity.deviation_mm_s);
-        let start_mm_s = fit.start_deviation_mm_s.hypot(noisy_mm_s);
-        let noisy_kpa = noise_of(2).max(noise_of(3));
-        let offset = Nuisance::of(fit.offset_deviation_kpa.hypot(noisy_kpa));
+        let start = StartDeviations::of(&trials, open, fit);
+        let offset = Nuisance::of(start.pressure_kpa);
         let mut open_points: Vec<usize> = trials.iter().map(|t| t.record.points()).collect();
         for part in open {
             let record = &trials[part.experiment].record;
@@ -140,7 +122,7 @@ impl<'a> JointSystem<'a> {
             effects,
             terms: Vec::new(),
             shared: vec![model, model, lead, force_noise],
-            local: [Nuisance::of(start_mm), Nuisance::of(start_mm_s), air, air, offset, offset],
+            local: [Nuisance::of(start.mm), Nuisance::of(start.mm_s), air, air, offset, offset],
             outputs,
             settings: *settings,
             motions: open_points.iter().map(|_| motions::latest()).collect(),
@@ -264,72 +246,6 @@ impl<'a> JointSystem<'a> {
     }
 }
 
-/// Effects in an experiment.
-pub(super) struct Parts<'s> {
-    pub(super) effects: Vec<&'s dyn AnyEffect>,
-    /// All their values.
-    pub(super) values: Vec<f64>,
-    /// Of each member the place of each of its values among all; `None` for a value that this experiment does not have.
-    pub(super) places: Vec<Vec<Option<usize>>>,
-}
-
-impl<'s> Parts<'s> {
-    fn add_always(&mut self, effect: &'s dyn AnyEffect, member: &Member) {
-        let first = self.values.len();
-        self.effects.push(effect);
-        self.values.extend(&member.values);
-        self.places.push((first..self.values.len()).map(Some).collect());
-    }
-
-    fn add(&mut self, effect: &'static dyn AnyEffect, member: &Member, experiment: usize) {
-        let first = self.values.len();
-        let (own, times) = (member.own(), member.times());
-        let acts = member.schedule.as_ref().map_or(Acts::Always, |s| s.acts[experiment]);
-        let mut places: Vec<Option<usize>> = vec![None; member.values.len()];
-        match acts {
-            Acts::Never => {}
-            Acts::Always => {
-                self.effects.push(effect);
-                self.values.extend(own);
-                for (k, place) in places.iter_mut().take(own.len()).enumerate() {
-                    *place = Some(first + k);
-                }
-            }
-            Acts::Within(course, from) => {
-                let (parameters, count) = (effect.info().parameters.len(), course.time_len());
-                self.effects.push(timed(effect, course));
-                self.values.extend(&own[..parameters]);
-                self.values.extend(&times[from..from + count]);
-                self.values.extend(&own[parameters..]);
-                for (k, place) in places.iter_mut().take(own.len()).enumerate() {
-                    *place = Some(first + k + if k < parameters { 0 } else { count });
-                }
-                for (k, place) in places.iter_mut().skip(own.len() + from).take(count).enumerate() {
-                    *place = Some(first + parameters + k);
-                }
-            }
-        }
-        self.places.push(places);
-    }
-}
-
-/// By how much each value of an effect differs from where the effect is absent; 0 for what is not a magnitude.
-pub(super) fn magnitudes(effect: &ActiveEffect) -> Vec<f64> {
-    let infos = effect.effect.info().parameters.iter().map(Some).chain(std::iter::repeat(None));
-    let magnitude = |(value, info): (&f64, Option<&ParameterInfo>)| {
-        info.and_then(|p| p.off).map_or(0.0, |off| value - off)
-    };
-    effect.values.iter().zip(infos).map(magnitude).collect()
-}
-
-/// A share of an effect.
-fn in_part(effect: &ActiveEffect, share: f64) -> ActiveEffect {
-    let magnitudes = magnitudes(effect);
-    let missing = magnitudes.iter().map(|magnitude| (1.0 - share) * magnitude);
-    let values = effect.values.iter().zip(missing).map(|(value, missing)| value - missing);
-    ActiveEffect { effect: effect.effect, values: values.collect() }
-}
-
 impl Candidates for JointSystem<'_> {
     fn candidate_len(&self) -> usize {
         self.effects.len() + self.terms.len()
@@ -354,11 +270,11 @@ impl Candidates for JointSystem<'_> {
         self.effect(index).stands(values, &self.scales)
     }
 
-    /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn acts_where_off(&self, index: usize) -> bool {
         self.effect(index).acts_where_off()
     }
 
+    /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         let effect = self.effect(index);
         let joint = FixedState::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
@@ -473,7 +389,8 @@ impl Candidates for JointSystem<'_> {
         let nuisances = Self::nuisances(hypothesis, local);
         let (trial, points) = (self.trials[experiment], self.simulated_points(experiment, until));
         let mut out = Trajectory::default();
-        simulate_until(trial, &self.base, &effects, &values, &nuisances, points, &mut out)?;
+        simulate_until(trial, &self.base, &effects, &values, &nuisances, points, &mut out)
+            .map_err(|diverged| diverges(trial, diverged))?;
         for (channel, &offset) in out.channels[2..].iter_mut().zip(&local[4..]) {
             if offset != 0.0 {
                 channel.iter_mut().for_each(|p| *p += offset);

@@ -321,6 +321,9 @@ settings! {
         /// Probability with which the residual of the test data goes with the change of the simulation by chance, below which
         /// causes are confirmed.
         score_p_value: f64 = 0.005, "–", SHARE, USUAL;
+        /// Power of this test below which causes that the other data establish are named although it is not significant, if the test data
+        /// are more probable with them.
+        power: f64 = 0.95, "–", [0.5, 0.9999], USUAL;
         /// Drop of minus two times the logarithm of the posterior probability on the test data that confirms causes which the other
         /// data establish, even if most of it is in one block, if fitted starts and masses are about as likely with them. Where the causes leave
         /// nothing but noise, `confusable_odds` are enough.
@@ -353,6 +356,9 @@ settings! {
         /// A cause is not minor if without it the mean square of some channel rises by at least this multiple of the variance
         /// of its noise: the error is then a twentieth above the noise.
         minor_rise: f64 = 0.1, "–", POSITIVE, STUDIES;
+        /// Beside a larger cause, a cause without which this rise is smaller is minor, whatever it removes: the larger one leaves as much
+        /// if its law or the measured force is slightly wrong.
+        minor_rise_beside: f64 = 0.05, "–", POSITIVE, STUDIES;
         /// A cause is minor as well if it removes less than this share of what all named causes remove, whatever the noise is: other
         /// causes whose forces are wrong by 3 % leave as much.
         negligible_share: f64 = 0.001, "–", SHARE, STUDIES;

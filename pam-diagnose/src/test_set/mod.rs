@@ -83,10 +83,15 @@ impl Comparison {
         is_seen && (is_reduced || is_decisive && is_likely)
     }
 
-    /// Whether the score test has low power: the expected value of its statistic under the second hypothesis is below the critical value.
+    /// Whether that the score test is not significant says nothing against the second hypothesis, under which its statistic is normal
+    /// around `change`: its power is below [`VerdictSettings::power`], and the test data are more probable under the second hypothesis, or
+    /// the expected statistic is below the critical value.
     pub(crate) fn lacks_power(&self, settings: &VerdictSettings) -> bool {
-        let needed = chi_square_quantile(1.0 - 2.0 * settings.score_p_value, 1.0);
-        self.change.powi(2) < needed && !self.is_strained()
+        let normal_quantile = |p: f64| chi_square_quantile(2.0 * p - 1.0, 1.0).sqrt();
+        let critical = normal_quantile(1.0 - settings.score_p_value);
+        let is_likely = self.evidence > 0.0 && self.prior_drop > -2.0 * TIE;
+        let margin = if is_likely { normal_quantile(settings.power) } else { 0.0 };
+        self.change < critical + margin && !self.is_strained()
     }
 
     /// Whether the test data confirm a correction or a law: its error reduction is significant. What acts now and then, or less than the

@@ -215,10 +215,10 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 && cause.distance_from_absence(infos) > settings.certain_ratio;
             let negligible = cause.share_of_error_removed < settings.negligible_share && !certain;
             let unseen = little && cause.rise_without < settings.minor_rise;
-            let by_chance = cause.may_be_chance
-                && cause.share_of_error_removed < largest
-                && cause.rise_without < AS_LARGE_AS_NOISE;
-            cause.minor = (negligible || unseen || by_chance) && !needed;
+            let beside = cause.share_of_error_removed < largest;
+            let of_larger = beside && cause.rise_without < settings.minor_rise_beside;
+            let by_chance = beside && cause.may_be_chance && cause.rise_without < AS_LARGE_AS_NOISE;
+            cause.minor = (negligible || unseen || of_larger || by_chance) && !needed;
         }
     }
 }

@@ -231,6 +231,21 @@ impl ResampledRecord {
         }
     }
 
+    /// The first grid points as a recording.
+    ///
+    /// # Panics
+    /// If there are none, or more than the recording has.
+    #[must_use]
+    pub fn until(&self, points: usize) -> Self {
+        let forces = 0..2 * self.steps_per_point * points;
+        Self {
+            force: self.force.part(forces.clone()),
+            doubtful_force: self.doubtful_force.as_ref().map(|f| f.part(forces)),
+            measured: self.measured.each_ref().map(|channel| channel[..points].to_vec()),
+            ..self.clone()
+        }
+    }
+
     /// Whether differences between neighbouring grid points show noise and not motion.
     #[must_use]
     pub fn shows_noise(&self) -> bool {

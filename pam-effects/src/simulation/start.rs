@@ -11,6 +11,7 @@ use super::record::ResampledRecord;
 use pam_data::Recording;
 use pam_data::recording::median_step_s;
 use pam_numerics::least_squares;
+use pam_numerics::statistics::{root_mean_square, third_differences};
 
 /// Variance of the first gradient of a recording, `(x₁ − x₀)/h`, relative to that of third differences.
 const FIRST_GRADIENT: f64 = 2.0 / 7.0;
@@ -83,10 +84,9 @@ pub(super) fn show_noise(step_s: f64) -> bool {
 /// Standard deviation of the noise of velocities, of which the variance is such a part of that of third differences; 0 where these do not
 /// show noise.
 fn noise(velocity_mm_s: &[f64], step_s: f64, part: f64) -> f64 {
-    if !show_noise(step_s) {
+    let differences = third_differences(velocity_mm_s);
+    if !show_noise(step_s) || differences.is_empty() {
         return 0.0;
     }
-    let squares = velocity_mm_s.windows(4).map(|w| (w[3] - w[0] - 3.0 * (w[2] - w[1])).powi(2));
-    let count = velocity_mm_s.len().saturating_sub(3).max(1);
-    (part * squares.sum::<f64>() / count as f64).sqrt()
+    part.sqrt() * root_mean_square(&differences)
 }

@@ -85,8 +85,18 @@ impl Trial {
     /// Grid points of this range as a trial of their own ([`ResampledRecord::part`]).
     #[must_use]
     pub fn part(&self, points: Range<usize>) -> Self {
+        self.with_record(self.record.part(points))
+    }
+
+    /// The first grid points as a trial ([`ResampledRecord::until`]).
+    #[must_use]
+    pub fn until(&self, points: usize) -> Self {
+        self.with_record(self.record.until(points))
+    }
+
+    fn with_record(&self, record: ResampledRecord) -> Self {
         Self {
-            record: self.record.part(points),
+            record,
             table: self.table.clone(),
             least_substeps: self.least_substeps,
             tables: Latest::new(TABLES),
