@@ -13,6 +13,7 @@ __all__ = [
     "Cause",
     "Change",
     "ChannelBand",
+    "CutRecording",
     "Difference",
     "Interval",
     "Ladder",
@@ -224,6 +225,17 @@ class LateFault:
     @classmethod
     def _of(cls, j: _Json) -> LateFault:
         return cls(j["effect"], _intervals(j["parameters"]), Times._of(j["acts"]), j["share_of_error_removed"])
+
+
+@dataclass(frozen=True)
+class CutRecording:
+    """A recording of which only the beginning is used, because the model diverges on the rest."""
+
+    recording: str
+    #: Length of the part that is used, s.
+    used_s: float
+    #: Length of the recording, s.
+    recorded_s: float
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from .causes import (
     Anomaly,
     Cause,
     ChannelBand,
+    CutRecording,
     Interval,
     Ladder,
     LateFault,
@@ -118,6 +119,8 @@ class Diagnosis:
     residual: str
     #: By how many of its samples the force acts earlier than a held one: 0 held, ½ smooth.
     force_lead_samples: float
+    #: Recordings on which the model diverges, of which only the beginning is used.
+    cut_recordings: tuple[CutRecording, ...]
     #: Names of the recordings that were fitted in the end.
     fitted: tuple[str, ...]
     #: The test of the best candidate against chance; ``None`` if there is no residual.
@@ -163,6 +166,7 @@ class Diagnosis:
             d["explainable"]["named"],
             d["residual"]["description"],
             d["force_lead_samples"],
+            tuple(CutRecording(**c) for c in d["cut_recordings"]),
             tuple(d["fitted"]),
             None if null is None else NullTest(**null),
             None if onset is None else OnsetTest(**onset),
