@@ -306,13 +306,6 @@ fn wrong_usage_is_told() {
 mod long {
     use super::*;
 
-    /// Under one sine, Stribeck friction looks like a saturation of the drive, and a fit of it from small amplitudes ends where it began.
-    #[test]
-    #[ignore = "long"]
-    fn a_friction_far_from_its_starting_values_is_found() {
-        names_in_case("pairs-000", &["leak", "stribeck_friction"]);
-    }
-
     /// Under slow motion, for which the model was not trained, it errs more than sensors do. A baseline of the same motion shows these errors, and
     /// a friction that nearly doubles them is none of them.
     #[test]
@@ -633,16 +626,6 @@ mod long {
         names_in_case("singles-104", &["load_friction"]);
     }
 
-    /// A slack that begins near the largest displacement of a baseline recording has next to no influence there and may have any size.
-    /// Its apparent size at the displacement of the cause is small.
-    #[test]
-    #[ignore = "long"]
-    fn baseline_recordings_are_asked_for_the_scales_of_the_cause() {
-        let outcome = outcome_of(&design::of_seed(6), "pairs-005");
-        assert_names(&outcome, &["tendon_slack", "cogging"]);
-        assert_eq!(outcome.verdict, "explained", "{}", outcome.headline_text());
-    }
-
     /// A leak that is known to a tenth counts beside the lag of a sensor that leaves two thousand times as much of the error.
     #[test]
     #[ignore = "long"]
@@ -657,28 +640,11 @@ mod long {
         assert_eq!(outcome_of(&design::of_seed(8), "nulls-153").verdict, "nothing_found");
     }
 
-    /// Nothing is hidden, and slack and friction are. The first gradient of an unfiltered encoder with steps of 10 µm starts a prediction
-    /// with up to 20 mm/s from rest.
-    #[test]
-    #[ignore = "long"]
-    fn a_noisy_velocity_at_the_start_is_no_cause() {
-        assert_eq!(outcome_of(&design::of_seed(10), "nulls-086").verdict, "nothing_found");
-        names_in_case("pairs-043", &["tendon_slack", "coulomb_friction"]);
-    }
-
     /// A delay is uncertain by the timing of the force within a sample, which has limits.
     #[test]
     #[ignore = "long"]
     fn a_delay_is_named_beside_the_timing_of_the_force() {
         assert_names(&outcome_of(&design::of_seed(7), "pairs-021"), &["actuation_delay", "creep"]);
-    }
-
-    /// A model error that is confined to the first half of the excitation looks like a cause that ends there, in the baseline recordings as
-    /// well.
-    #[test]
-    #[ignore = "long"]
-    fn what_ends_in_baseline_recordings_too_is_no_cause() {
-        names_in_case("singles-029", &["pressure_gain"]);
     }
 
     /// A force that saturates at a seventh of its peak is not a wrong unit, and a delayed pressure sensor is not a wrong geometry. Poor
@@ -704,5 +670,45 @@ mod long {
         for id in ["nulls-078", "nulls-082", "nulls-093"] {
             assert_eq!(outcome_of(&design, id).verdict, "nothing_found", "{id}");
         }
+    }
+}
+
+/// Cases of the study of a minute or more each, which the continuous integration leaves out. Run by
+/// `cargo test --release --workspace --tests --features pam-tests/studies -- --ignored study_cases::`.
+mod study_cases {
+    use super::*;
+
+    /// Under one sine, Stribeck friction looks like a saturation of the drive, and a fit of it from small amplitudes ends where it began.
+    #[test]
+    #[ignore = "a minute or more"]
+    fn a_friction_far_from_its_starting_values_is_found() {
+        names_in_case("pairs-000", &["leak", "stribeck_friction"]);
+    }
+
+    /// A slack that begins near the largest displacement of a baseline recording has next to no influence there and may have any size.
+    /// Its apparent size at the displacement of the cause is small.
+    #[test]
+    #[ignore = "a minute or more"]
+    fn baseline_recordings_are_asked_for_the_scales_of_the_cause() {
+        let outcome = outcome_of(&design::of_seed(6), "pairs-005");
+        assert_names(&outcome, &["tendon_slack", "cogging"]);
+        assert_eq!(outcome.verdict, "explained", "{}", outcome.headline_text());
+    }
+
+    /// Nothing is hidden, and slack and friction are. The first gradient of an unfiltered encoder with steps of 10 µm starts a prediction
+    /// with up to 20 mm/s from rest.
+    #[test]
+    #[ignore = "a minute or more"]
+    fn a_noisy_velocity_at_the_start_is_no_cause() {
+        assert_eq!(outcome_of(&design::of_seed(10), "nulls-086").verdict, "nothing_found");
+        names_in_case("pairs-043", &["tendon_slack", "coulomb_friction"]);
+    }
+
+    /// A model error that is confined to the first half of the excitation looks like a cause that ends there, in the baseline recordings as
+    /// well.
+    #[test]
+    #[ignore = "a minute or more"]
+    fn what_ends_in_baseline_recordings_too_is_no_cause() {
+        names_in_case("singles-029", &["pressure_gain"]);
     }
 }
