@@ -7,8 +7,7 @@
 use crate::error::DiagnoseError;
 use crate::settings::DataSettings;
 use pam_data::Subject;
-use pam_effects::effects::AnyEffect;
-use pam_effects::model::ExtendedModel;
+use pam_effects::model::{ActiveEffect, ExtendedModel};
 use pam_effects::simulation::{Diverged, Nuisances, Trial, motion_until};
 use serde::Serialize;
 use std::fmt;
@@ -59,15 +58,13 @@ const RUNNING_AWAY_S: f64 = 1.0;
 /// The trial up to a second before the simulation of a model diverges; the whole trial if it does not.
 ///
 /// # Errors
-/// [`DiagnoseError::Diverges`] if what is left is shorter than a recording has to be.
+/// [`DiagnoseError::Diverges`] if the remaining part is shorter than [`DataSettings::shortest_s`].
 pub(super) fn before_divergence(
     trial: Trial,
     model: &ExtendedModel,
     settings: &DataSettings,
 ) -> Result<Trial, DiagnoseError> {
-    let effects: Vec<&dyn AnyEffect> =
-        model.effects.iter().map(|e| e.effect as &dyn AnyEffect).collect();
-    let values: Vec<f64> = model.effects.iter().flat_map(|e| e.values.iter().copied()).collect();
+    let (effects, values) = ActiveEffect::split(&model.effects);
     let (base, points) = (model.base(), trial.record.points());
     let motion = motion_until(&trial, &base, &effects, &values, &Nuisances::none(), points);
     let Err(diverged) = motion else { return Ok(trial) };

@@ -59,7 +59,7 @@ impl<'s> Parts<'s> {
     }
 }
 
-/// By how much each value of an effect differs from where the effect is absent; 0 for what is not a magnitude.
+/// The difference of each magnitude of an effect from its off value; 0 for its other values.
 pub(super) fn magnitudes(effect: &ActiveEffect) -> Vec<f64> {
     let infos = effect.effect.info().parameters.iter().map(Some).chain(std::iter::repeat(None));
     let magnitude = |(value, info): (&f64, Option<&ParameterInfo>)| {

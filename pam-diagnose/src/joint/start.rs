@@ -9,8 +9,8 @@ use pam_effects::simulation::{ResampledRecord, Trial};
 /// noise that is correlated shows a part of itself only from point to point.
 const SAMPLE_DEVIATIONS: f64 = 3.0;
 
-/// Standard deviations of the priors of what the first samples of a recording are off by: those of the settings, and what the noise of
-/// the sensors adds to them. The noisiest recording and pressure decide.
+/// Prior standard deviations of the errors of the first samples of a recording: those of the settings combined with the sensor noise of
+/// the noisiest recording and, for the pressures, of the noisier one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StartDeviations {
     /// Displacement, mm.

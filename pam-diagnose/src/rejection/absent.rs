@@ -77,7 +77,7 @@ pub(crate) fn may_be_absent<'p>(
     size * size / variance <= chi_square_quantile(probability, offs.len() as f64)
 }
 
-/// Whether a length scale, time constant or cutoff frequency of a cause is not identified by the data: its interval spans more than a factor of
+/// Returns true if the data do not identify a length scale, time constant or cutoff frequency of a cause: its interval spans more than a factor of
 /// `rejection.vague_ratio`, and either the magnitude of the cause is not significant or the interval covers the whole range of the
 /// parameter. If a creep is slower than the recording, for example, its stiffness is identified while its time constant only has a lower
 /// bound.

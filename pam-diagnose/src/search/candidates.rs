@@ -90,12 +90,12 @@ pub trait Candidates: Sync {
         let _ = (index, values);
         true
     }
-    /// Whether a candidate may still act when all its magnitudes have their off values.
+    /// Returns true if a candidate may still act when all its magnitudes have their off values.
     fn acts_where_off(&self, index: usize) -> bool {
         let _ = index;
         false
     }
-    /// Whether the cost has many local minima as a function of the candidate's parameters. Its fits then end with a compass search.
+    /// Returns true if the cost has many local minima as a function of the candidate's parameters. Its fits then end with a compass search.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         let _ = (index, values);
         false

@@ -33,7 +33,7 @@ pub struct Cause {
     /// cause; and starts and masses can be as measured without it.
     #[serde(skip)]
     pub minor: bool,
-    /// Whether the data are consistent with its absence: the confidence region of its magnitudes contains their off values or, if it still acts
+    /// True if the data are consistent with its absence: the confidence region of its magnitudes contains their off values or, if it still acts
     /// there, a likelihood-ratio test does not reject the fit without it.
     #[serde(skip)]
     pub(crate) may_be_absent: bool,

@@ -288,7 +288,7 @@ pub trait Effect: Send + Sync + 'static {
         0
     }
 
-    /// Whether the effect still changes the simulation when all its magnitudes have their [`off`](crate::effects::ParameterInfo::off) values, as
+    /// Returns true if the effect still changes the simulation when all its magnitudes have their [`off`](crate::effects::ParameterInfo::off) values, as
     /// a contraction limit does, which depends on a displacement alone.
     fn acts_where_off(&self) -> bool {
         false

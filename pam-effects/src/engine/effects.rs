@@ -50,9 +50,10 @@ impl<T: Float> EffectsEngine<T> {
     /// An engine for these effects; their switches stay as they are.
     #[must_use]
     pub fn new(effects: &[ActiveEffect]) -> Self {
+        let (effects, values) = ActiveEffect::split(effects);
         Self {
-            effects: effects.iter().map(|a| a.effect).collect(),
-            values: effects.iter().flat_map(|a| a.values.iter().copied()).collect(),
+            effects,
+            values,
             windows: None,
             records: Vec::new(),
             slots: Vec::new(),

@@ -18,6 +18,13 @@ impl ActiveEffect {
         &self.values[..self.effect.info().parameters.len()]
     }
 
+    /// The effects, and all their values in turn, as a [simulation](crate::simulation::simulate) takes them.
+    #[must_use]
+    pub fn split(effects: &[Self]) -> (Vec<&'static dyn AnyEffect>, Vec<f64>) {
+        let values = effects.iter().flat_map(|active| active.values.iter().copied());
+        (effects.iter().map(|active| active.effect).collect(), values.collect())
+    }
+
     /// These effects with other parameters, which follow each other in the order of the effects.
     ///
     /// # Panics

@@ -1,5 +1,4 @@
-use super::ExtendedModel;
-use crate::effects::AnyEffect;
+use super::{ActiveEffect, ExtendedModel};
 use crate::simulation::observation::place;
 use crate::simulation::{Nuisances, ResampledRecord, Trajectory, Trial, range_of, simulate};
 use pam_core::SealedMasses;
@@ -43,9 +42,7 @@ impl Predictor for ExtendedModel {
             let (name, why) = (recording.name.clone(), e.to_string());
             return Err(Box::new(PredictError { name, why, partial }));
         }
-        let effects: Vec<&dyn AnyEffect> =
-            self.effects.iter().map(|a| a.effect as &dyn AnyEffect).collect();
-        let values: Vec<f64> = self.effects.iter().flat_map(|a| a.values.clone()).collect();
+        let (effects, values) = ActiveEffect::split(&self.effects);
         // Straight lines between samples lead a held force by half a sample.
         let lead_samples = match settings.interpolation {
             Interpolation::Hold | Interpolation::Ramp => 0.0,

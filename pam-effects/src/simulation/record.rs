@@ -208,18 +208,12 @@ impl ResampledRecord {
     pub fn part(&self, points: Range<usize>) -> Self {
         let first = points.start;
         let start_s = self.step_s * first as f64;
-        let halves = 2 * self.steps_per_point;
-        let forces = halves * first..halves * points.end;
-        let measured = [0, 1, 2, 3].map(|c| self.measured[c][points.clone()].to_vec());
         let [x, flexor, extensor] = [0, 2, 3].map(|c| self.measured[c][first]);
         Self {
             source: RecordSource { start_s: self.source.start_s + start_s, ..self.source.clone() },
             since_start_s: self.since_start_s + start_s,
             before: self.measured_before(first).map(Arc::new),
-            force: self.force.part(forces.clone()),
-            doubtful_force: self.doubtful_force.as_ref().map(|f| f.part(forces)),
             start_velocity: StartVelocity::at(self, first),
-            measured,
             rest: Rest {
                 start_s: self.since_start_s + start_s,
                 start_force_mn: self.force_mn(first),
@@ -227,7 +221,7 @@ impl ResampledRecord {
                 start_kpa: [flexor, extensor],
                 ..self.rest
             },
-            ..self.clone()
+            ..self.slice(points)
         }
     }
 
@@ -237,11 +231,17 @@ impl ResampledRecord {
     /// If there are none, or more than the recording has.
     #[must_use]
     pub fn until(&self, points: usize) -> Self {
-        let forces = 0..2 * self.steps_per_point * points;
+        self.slice(0..points)
+    }
+
+    /// Force and measured channels at grid points of this range, and everything else as it is.
+    fn slice(&self, points: Range<usize>) -> Self {
+        let halves = 2 * self.steps_per_point;
+        let forces = halves * points.start..halves * points.end;
         Self {
             force: self.force.part(forces.clone()),
             doubtful_force: self.doubtful_force.as_ref().map(|f| f.part(forces)),
-            measured: self.measured.each_ref().map(|channel| channel[..points].to_vec()),
+            measured: self.measured.each_ref().map(|channel| channel[points.clone()].to_vec()),
             ..self.clone()
         }
     }
