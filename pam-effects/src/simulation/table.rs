@@ -21,14 +21,17 @@ const MASS_STEP: f64 = 0.04;
 const MOST_NODES: usize = 1000;
 
 /// The restoring force over (x, ẋ) at the sealed masses of one recording, bilinear between nodes, with
-/// slopes and curvatures along both masses; beyond the table the last cell goes on straight.
+/// slopes and curvatures along both masses.
+///
+/// Beyond the table the force goes on from its edge with the mean stiffness and the mean damping of the table, neither of them negative: a
+/// network has learned nothing there, and one whose force falls would let a simulation run away.
 ///
 /// For `f'' = 2 N/mm²` and nodes 0.1 mm apart the interpolation errs by 1.7 mN at most, some 15 nm of displacement, and by nothing on
 /// the average.
 #[derive(Debug, Clone)]
 pub struct ForceTable {
-    x_start: f64,
-    v_start: f64,
+    /// First and last node along x (mm) and ẋ (mm/s).
+    ranges: [[f64; 2]; 2],
     /// Nodes per mm.
     per_x: f64,
     /// Nodes per mm/s.
@@ -41,6 +44,8 @@ pub struct ForceTable {
     /// Slopes along m_f and m_e, curvatures along both, in every [`SLOPE_COLUMNS`]-th column.
     slopes: Vec<[f64; 4]>,
     slope_columns: usize,
+    /// Mean slopes along x (mN/mm) and ẋ (mN s/mm), by which the force goes on beyond the table.
+    beyond: [f64; 2],
 }
 
 impl ForceTable {
@@ -93,17 +98,19 @@ impl ForceTable {
             },
         );
         without_bias(&mut values, columns);
+        let (per_x, per_v) = (1.0 / x_spacing, 1.0 / v_spacing);
+        let beyond = mean_slopes(&values, columns, [per_x, per_v]);
         Self {
-            x_start: x_range[0],
-            v_start: v_range[0],
-            per_x: 1.0 / x_spacing,
-            per_v: 1.0 / v_spacing,
+            ranges: [x_range, v_range],
+            per_x,
+            per_v,
             columns,
             rows,
             masses,
             values,
             slopes,
             slope_columns,
+            beyond,
         }
     }
 
@@ -129,6 +136,7 @@ impl ForceTable {
             node[0] += d[0] * node[2];
             node[1] += d[1] * node[3];
         }
+        other.beyond = mean_slopes(&other.values, self.columns, [self.per_x, self.per_v]);
         other
     }
 
@@ -143,7 +151,7 @@ impl ForceTable {
     pub fn force_mn<S: Scalar>(&self, x: S, v: S, change_g: [S; 2]) -> S {
         let [flexor, extensor] = &change_g;
         let air = [flexor.real(), extensor.real()];
-        let (value, slopes) = self.with_slopes([x.real(), v.real()], air, S::NDERIV > 0);
+        let (value, slopes) = self.anywhere([x.real(), v.real()], air, S::NDERIV > 0);
         S::with_slopes(value, [&x, &v, flexor, extensor], slopes)
     }
 
@@ -156,8 +164,8 @@ impl ForceTable {
             let whole = position.clamp(0.0, (nodes - 2) as f64) as usize;
             (whole, position - whole as f64)
         };
-        let (i, a) = cell(x, self.x_start, self.per_x, self.rows);
-        let (j, b) = cell(v, self.v_start, self.per_v, self.columns);
+        let (i, a) = cell(x, self.ranges[0][0], self.per_x, self.rows);
+        let (j, b) = cell(v, self.ranges[1][0], self.per_v, self.columns);
         let (low, high) = two_rows(&self.values, self.columns, i, j);
         let (n00, n01, n10, n11) = (low[0], low[1], high[0], high[1]);
         let left = n00 + b * (n01 - n00);
@@ -201,6 +209,32 @@ impl ForceTable {
         }
         (value, [per_x * self.per_x, per_v * self.per_v, slopes[0], slopes[1]])
     }
+
+    /// As [`with_slopes`](Self::with_slopes), at places beyond the table too.
+    #[inline(always)]
+    fn anywhere(&self, at: [f64; 2], air: [f64; 2], asked: bool) -> (f64, [f64; 4]) {
+        let [x, v] = [0, 1].map(|k| at[k].clamp(self.ranges[k][0], self.ranges[k][1]));
+        let (mut value, mut slopes) = self.with_slopes([x, v], air, asked);
+        for (k, outside) in [at[0] - x, at[1] - v].into_iter().enumerate() {
+            if outside != 0.0 {
+                value += self.beyond[k] * outside;
+                slopes[k] = self.beyond[k];
+            }
+        }
+        (value, slopes)
+    }
+}
+
+/// Mean slopes of a table along x and ẋ, where they are positive.
+fn mean_slopes(values: &[f64], columns: usize, [per_x, per_v]: [f64; 2]) -> [f64; 2] {
+    let rows = values.len() / columns;
+    let (first, last) = (&values[..columns], &values[values.len() - columns..]);
+    let along_x: f64 = last.iter().zip(first).map(|(last, first)| last - first).sum();
+    let along_v: f64 = values.chunks_exact(columns).map(|row| row[columns - 1] - row[0]).sum();
+    [
+        (per_x * along_x / ((rows - 1) * columns) as f64).max(0.0),
+        (per_v * along_v / ((columns - 1) * rows) as f64).max(0.0),
+    ]
 }
 
 /// Takes from the values at the nodes what bilinear interpolation adds on the average: between nodes at a distance of h a second
@@ -262,7 +296,7 @@ impl<S: Scalar> SealedForce<S> for Air<'_, S> {
         let air = [flexor.real(), extensor.real()];
         let (velocity, damping, inverse) = (v.real(), damping_kg_s.real(), per_kg.real());
         let (restoring, [by_x, by_v, by_flexor, by_extensor]) =
-            self.table.with_slopes([x.real(), velocity], air, S::NDERIV > 0);
+            self.table.anywhere([x.real(), velocity], air, S::NDERIV > 0);
         let force = push_mn.real() - restoring - velocity * damping;
         S::with_slopes(
             force * inverse,

@@ -18,6 +18,7 @@ mod sensing;
 mod sensitivities;
 mod start;
 mod steps;
+mod table;
 mod timed;
 mod training;
 mod vocabulary;
