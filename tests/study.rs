@@ -8,6 +8,7 @@
 //! study show singles-031 --out case           # one case: outcome, diagnosis, report, model and recordings
 //! study check --only singles                  # faults that the plausibility checks reject
 //! study tables                                # criteria with exact binomial limits
+//! study limits results/diagnosis              # sizes of what is hidden, measured again
 //! study coverage results/diagnosis results/diagnosis_second_design --out coverage.csv # coverage of intervals over several designs
 //! study run --design 20261 --every 8 --out new # cases that nobody has seen
 //! ```
@@ -18,8 +19,9 @@ use pam_data::atomic::write_atomic;
 use pam_data::formats::list::write_recording;
 use pam_data::models::save_model;
 use pam_data::plausibility::{self, Severity};
-use pam_tests::study::data::data;
-use pam_tests::study::{Case, Outcome, design, outcome, rows, store, tables};
+use pam_tests::plant::Hidden;
+use pam_tests::study::data::{data, sized};
+use pam_tests::study::{Case, Outcome, Source, design, outcome, rows, store, tables};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -90,6 +92,11 @@ enum Action {
         #[arg(default_value = RESULTS)]
         folder: PathBuf,
     },
+    /// Measure the sizes of the hidden effects of outcomes again, over the limit of detection, and store them.
+    Limits {
+        /// Folder of the outcomes.
+        folder: PathBuf,
+    },
     /// Print how often the intervals of each parameter hold the truth, over several folders together.
     Coverage {
         /// Folders of outcomes, each of another design.
@@ -109,6 +116,7 @@ fn main() -> ExitCode {
         Action::Check { only, every } => check(design, &only, every),
         Action::Show { case, out, store } => show(design, &case, out.as_deref(), store.as_deref()),
         Action::Tables { folder } => write_tables(&folder),
+        Action::Limits { folder } => limits(&folder),
         Action::Coverage { folders, out } => coverage(&folders, out.as_deref()),
     };
     match result {
@@ -297,6 +305,18 @@ fn write_tables(folder: &Path) -> Result<(), String> {
     };
     write("tables.md", &markdown)?;
     write("criteria.csv", &tables::csv(&outcomes)?)
+}
+
+/// Cases of the rig have sizes from its own recordings, which stay as they are.
+fn limits(folder: &Path) -> Result<(), String> {
+    let of_plant = |o: &Outcome| o.case.factors.source == Source::Plant && !o.truth.is_empty();
+    store::all(folder)?.into_par_iter().filter(of_plant).try_for_each(|mut outcome| {
+        let hidden: Vec<Hidden> = outcome.truth.iter().map(|t| t.hidden.clone()).collect();
+        for (truth, sized) in outcome.truth.iter_mut().zip(sized(&outcome.case, &hidden)) {
+            (truth.limits, truth.limits_beside) = (sized.limits, sized.limits_beside);
+        }
+        store::store(folder, &outcome)
+    })
 }
 
 fn coverage(folders: &[PathBuf], out: Option<&Path>) -> Result<(), String> {

@@ -115,6 +115,24 @@ impl Plant {
         }
     }
 
+    /// The plant with another moving mass.
+    #[must_use]
+    pub fn with_mass(&self, factor: f64) -> Self {
+        Self { mass_kg: factor * self.mass_kg, ..self.clone() }
+    }
+
+    /// The plant with another deformation coefficient.
+    #[must_use]
+    pub fn with_deformation(&self, factor: f64) -> Self {
+        Self { deformation: factor * self.deformation, ..self.clone() }
+    }
+
+    /// Samples of the rest before the excitation over which the sealed reading is averaged.
+    #[must_use]
+    pub fn rest_samples(rate_hz: f64) -> usize {
+        ((REST_S * rate_hz) as usize).clamp(FEWEST_REST_SAMPLES, REST_SAMPLES)
+    }
+
     /// Records a run: sampled columns, filtered as the sensors say, with the sealed reading before the excitation.
     ///
     /// # Panics
@@ -137,7 +155,7 @@ impl Plant {
             Source::new(sensors.pressure, rate, &mut random),
             Source::new(sensors.force, rate, &mut random),
         ];
-        let rest = ((REST_S * rate) as usize).clamp(FEWEST_REST_SAMPLES, REST_SAMPLES);
+        let rest = Self::rest_samples(rate);
         // From zero to the end, both included.
         let samples = (run.excitation.duration_s() * rate).round() as usize + 1;
         let mut recording = Recording::empty(Path::new(run.name));

@@ -84,7 +84,20 @@ pub fn data(case: &Case) -> Data {
     data
 }
 
-fn of_plant(case: &Case) -> Data {
+/// What is hidden in the recordings of a case of the plant, with the sizes of values that it gives.
+///
+/// # Panics
+/// If the published weights cannot be read.
+#[must_use]
+pub fn sized(case: &Case, hidden: &[Hidden]) -> Vec<Truth> {
+    let faults = hidden.iter().cloned().map(Fault::Given).collect();
+    let case = Case { faults, ..case.clone() };
+    let (plant, model, conditions) = setting(&case);
+    truths(&case, (&plant, &model, &conditions))
+}
+
+/// Plant, model and pressures (psi) of a case.
+fn setting(case: &Case) -> (Plant, SavedModel, Vec<[f64; 2]>) {
     let saved = load_model(crate::published_weights()).expect("the published weights");
     let plant = Plant::of(&saved.model);
     let model = perturbed(&saved, case.factors.model_error, MODEL_SEED + case.seed);
@@ -92,7 +105,18 @@ fn of_plant(case: &Case) -> Data {
         [] => conditions(case.factors.recordings, case.seed),
         given => given.to_vec(),
     };
-    let scale = Scale::of(case, &plant, &Plant::of(&model.model), &conditions);
+    (plant, model, conditions)
+}
+
+/// The faults of a case with their sizes, alone and beside each other.
+fn truths(
+    case: &Case,
+    (plant, model, conditions): (&Plant, &SavedModel, &[[f64; 2]]),
+) -> Vec<Truth> {
+    if case.faults.is_empty() {
+        return Vec::new();
+    }
+    let scale = Scale::of(case, plant, &Plant::of(&model.model), conditions);
     let mut truth: Vec<Truth> =
         case.faults.iter().map(|fault| measured(&scale, case, fault)).collect();
     let hidden: Vec<Hidden> = truth.iter().map(|t| t.hidden.clone()).collect();
@@ -104,9 +128,17 @@ fn of_plant(case: &Case) -> Data {
             t.limits_beside = Some(size / super::detection::LIMIT);
         }
     }
+    truth
+}
+
+fn of_plant(case: &Case) -> Data {
+    let (plant, model, conditions) = setting(case);
+    let truth = truths(case, (&plant, &model, &conditions));
+    let hidden: Vec<Hidden> = truth.iter().map(|t| t.hidden.clone()).collect();
     let record = |psi: &[[f64; 2]], faults: &[Hidden], seed: u64, longest_s: f64| {
         let mut factors = case.factors.clone();
         factors.duration_s = factors.duration_s.min(longest_s);
+        let sensors = factors.sensors();
         psi.par_iter()
             .enumerate()
             .map(|(i, &psi)| {
@@ -114,8 +146,7 @@ fn of_plant(case: &Case) -> Data {
                 let excitation = factors.excitation(i, seed);
                 let name = format!("nn_{:.0}{:.0}_{i}", psi[0], psi[1]);
                 let seed = seed * 1000 + i as u64;
-                let sensors = scale.sensors();
-                let run = Experiment::new(&name, psi, &excitation, &acting, sensors, seed);
+                let run = Experiment::new(&name, psi, &excitation, &acting, &sensors, seed);
                 subject(&model, plant.record(&run))
             })
             .collect::<Vec<Subject>>()

@@ -6,13 +6,15 @@
 //! `S² = Σ_c E_c / (σ_c²/N_c + g_c² σ_F²/N_F + D_c²/R)`
 //!
 //! with the noise `σ_c` of the channel and its effective number of samples `N_c`, the noise of the recorded force, which
-//! moves the prediction, and the discrepancy `D_c` of the model, one value for each of `R` recordings. A fault is
-//! detectable from [`LIMIT`] on.
+//! moves the prediction, and the discrepancy `D_c` of the model, one value for each of `R` recordings. Of the residual, only
+//! what counts that [unknown quantities](super::unknowns) within their tolerances do not explain: mass, deformation coefficient and time
+//! of the force, and the sealed masses and pressure offsets of each recording. A fault is detectable from [`LIMIT`] on.
 //!
 //! Beside other faults a fault has a second size, [`Scale::size_beside`]: what is left of it after the others, at whatever
 //! values, have taken as much of its residual as they can, to first order.
 
 use super::case::{Case, Strength};
+use super::unknowns::{Basis, LEAD_SAMPLES, MODEL, OFFSET_KPA, SEALED_MASS, norm};
 use crate::magnitudes::{self, Motion};
 use crate::plant::{Excitation, Experiment, Hidden, Noise, Plant, Sensors};
 use pam_data::Recording;
@@ -38,6 +40,15 @@ const STIFFNESS_N_MM: f64 = 150.0;
 const RESPONSE_HZ: f64 = 6.3;
 const KPA_PER_MM: f64 = 13.0;
 
+/// Samples of a residual that count, per second: the joint does not follow faster ones.
+const COUNTED_HZ: f64 = 100.0;
+
+/// Relative change of a quantity by which the prediction is differentiated.
+const TRIAL: f64 = 0.01;
+
+/// Longest step of the integration, s: a size need not be as exact as the recordings of a case.
+const LONGEST_STEP_S: f64 = 1e-3;
+
 /// Correlation of the noise below which lags no longer count.
 const UNCORRELATED: f64 = 0.05;
 
@@ -54,6 +65,8 @@ pub struct Scale<'a> {
     quiet: Sensors,
     /// Variance of the mean of the residual of x, P_f, P_e.
     variance: [f64; 3],
+    /// What unknown quantities explain.
+    unknown: Basis,
     /// Motion without faults.
     pub motion: Motion,
 }
@@ -101,6 +114,7 @@ impl<'a> Scale<'a> {
             sensors,
             quiet,
             variance: [0.0; 3],
+            unknown: Basis::default(),
             motion: Motion { force_n: 0.0, travel_mm: 0.0 },
         };
         // One recording shows the noise; the motion and the discrepancy are those of all.
@@ -139,7 +153,95 @@ impl<'a> Scale<'a> {
         for (variance, discrepancy) in scale.variance.iter_mut().zip(discrepancy) {
             *variance += discrepancy / recordings;
         }
+        scale.unknown = Basis::of_unknowns(scale.unknown_changes());
         scale
+    }
+
+    /// The changes of the residual by one standard deviation of each unknown quantity.
+    fn unknown_changes(&self) -> Vec<Vec<f64>> {
+        let predicted = |plant: &Plant, i: usize, psi| self.record(plant, i, psi, &[], &self.quiet);
+        let all: Vec<Recording> = (0..self.conditions.len())
+            .map(|i| predicted(self.plant, i, self.conditions[i]))
+            .collect();
+        let mut changes = Vec::new();
+        for changed in [self.plant.with_mass(1.0 + TRIAL), self.plant.with_deformation(1.0 + TRIAL)]
+        {
+            let change = all.iter().enumerate().flat_map(|(i, before)| {
+                let after = predicted(&changed, i, self.conditions[i]);
+                self.scaled_difference(&after, before, MODEL / TRIAL)
+            });
+            changes.push(change.collect());
+        }
+        changes.push(all.iter().flat_map(|before| self.scaled_shift(before)).collect());
+        for (i, before) in all.iter().enumerate() {
+            let elsewhere = |change: Vec<f64>| -> Vec<f64> {
+                let of = |(k, r): (usize, &Recording)| {
+                    if k == i { change.clone() } else { vec![0.0; 3 * self.counted(r).count()] }
+                };
+                all.iter().enumerate().flat_map(of).collect()
+            };
+            for side in 0..2 {
+                let mut psi = self.conditions[i];
+                let kpa = ATMOSPHERE_KPA + KPA_PER_PSI * psi[side];
+                psi[side] += TRIAL * kpa / KPA_PER_PSI;
+                let mass = SEALED_MASS.hypot(self.sealed_noise_kpa() / kpa);
+                let after = predicted(self.plant, i, psi);
+                changes.push(elsewhere(self.scaled_difference(&after, before, mass / TRIAL)));
+                // The first sample of a pressure carries its noise.
+                let offset = OFFSET_KPA.hypot(self.sensors.pressure.deviation);
+                let unit = offset / self.unit(1 + side, before);
+                let count = self.counted(before).count();
+                let of = |c: usize| vec![if c == 1 + side { unit } else { 0.0 }; count];
+                changes.push(elsewhere((0..3).flat_map(of).collect()));
+            }
+        }
+        changes
+    }
+
+    /// Standard deviation of the pressures of the sealed reading, kPa: a mean over the rest before the excitation.
+    fn sealed_noise_kpa(&self) -> f64 {
+        let noise = self.sensors.pressure;
+        let rho = noise.colour.correlation(1.0 / self.sensors.rate_hz);
+        let samples = Plant::rest_samples(self.sensors.rate_hz) as f64;
+        let independent = (samples * (1.0 - rho) / (1.0 + rho)).max(1.0);
+        noise.deviation / independent.sqrt()
+    }
+
+    /// The samples of a recording that count.
+    fn counted(&self, recording: &Recording) -> impl ExactSizeIterator<Item = usize> + use<> {
+        let every = (self.sensors.rate_hz / COUNTED_HZ).round().max(1.0) as usize;
+        (0..recording.displacement_mm.len()).step_by(every)
+    }
+
+    /// The standard deviation of every counted value of a channel that its mean square stands for.
+    fn unit(&self, channel: usize, recording: &Recording) -> f64 {
+        let values = self.conditions.len() * self.counted(recording).count();
+        (self.variance[channel].max(f64::MIN_POSITIVE) * values as f64).sqrt()
+    }
+
+    /// The difference of two recordings in all channels, times a factor, scaled so that its norm is its size.
+    fn scaled_difference(&self, after: &Recording, before: &Recording, factor: f64) -> Vec<f64> {
+        let of = |c: usize| {
+            let (after, values, unit) =
+                (channels(after)[c], channels(before)[c], self.unit(c, before));
+            let change = move |k: usize| factor * (after[k] - values[k]) / unit;
+            self.counted(before).map(change)
+        };
+        (0..3).flat_map(of).collect()
+    }
+
+    /// The change of a recording by a shift in time of [`LEAD_SAMPLES`].
+    fn scaled_shift(&self, recording: &Recording) -> Vec<f64> {
+        let of = |c: usize| {
+            let (values, unit) = (channels(recording)[c], self.unit(c, recording));
+            let last = values.len() - 1;
+            let shift = move |k: usize| {
+                let (from, to) = (k.saturating_sub(1), (k + 1).min(last));
+                LEAD_SAMPLES * (values[to] - values[from]) / (to - from) as f64 / unit
+            };
+            self.counted(recording).map(shift)
+        };
+        (0..3).flat_map(of).collect()
     }
 
     fn record(
@@ -152,7 +254,8 @@ impl<'a> Scale<'a> {
     ) -> Recording {
         let excitation: Excitation = self.case.factors.excitation(i, self.case.seed);
         let acting: Vec<Hidden> = effects.iter().filter(|e| e.acts_in(i)).cloned().collect();
-        plant.record(&Experiment::new("size", psi, &excitation, &acting, sensors, self.case.seed))
+        let run = Experiment::new("size", psi, &excitation, &acting, sensors, self.case.seed);
+        plant.record(&Experiment { longest_step_s: LONGEST_STEP_S, ..run })
     }
 
     /// What a model without faults predicts from the sealed reading of a recording.
@@ -166,49 +269,32 @@ impl<'a> Scale<'a> {
     /// The size of a fault.
     #[must_use]
     pub fn size(&self, fault: &Hidden) -> f64 {
-        norm(&self.residual(fault))
+        norm(&self.unknown.left(self.residual(fault)))
     }
 
     /// The size of what is left of a fault beside others, whose values are free.
     #[must_use]
     pub fn size_beside(&self, fault: &Hidden, others: &[&Hidden]) -> f64 {
-        let mut left = self.residual(fault);
-        let mut basis: Vec<Vec<f64>> = Vec::new();
+        let mut basis = self.unknown.clone();
         for other in others {
             let whole = self.residual(other);
-            let mut directions: Vec<Vec<f64>> =
-                changed(other).iter().map(|h| difference(&self.residual(h), &whole)).collect();
-            directions.push(whole);
-            for mut direction in directions {
-                let before = norm(&direction);
-                basis.iter().for_each(|b| clear(&mut direction, b));
-                let size = norm(&direction);
-                if size > COLLINEAR * before {
-                    direction.iter_mut().for_each(|v| *v /= size);
-                    basis.push(direction);
-                }
+            for changed in changed(other) {
+                basis.add(difference(&self.residual(&changed), &whole));
             }
+            basis.add(whole);
         }
-        basis.iter().for_each(|b| clear(&mut left, b));
-        norm(&left)
+        norm(&basis.left(self.residual(fault)))
     }
 
     /// The residual that a fault leaves to a model without it, in all recordings and channels, scaled so that its norm is
-    /// the size.
+    /// the size where no quantity is unknown.
     fn residual(&self, fault: &Hidden) -> Vec<f64> {
-        let recordings = self.conditions.len() as f64;
-        let mut all = Vec::new();
-        for (i, &psi) in self.conditions.iter().enumerate() {
+        let of = |(i, &psi): (usize, &[f64; 2])| {
             let faulty = self.record(self.plant, i, psi, std::slice::from_ref(fault), &self.quiet);
             let expected = self.predicted(self.plant, i, &faulty);
-            for c in 0..3 {
-                let (of_faulty, of_expected) = (channels(&faulty)[c], channels(&expected)[c]);
-                let samples = of_faulty.len().max(1) as f64;
-                let unit = (self.variance[c].max(f64::MIN_POSITIVE) * recordings * samples).sqrt();
-                all.extend(of_faulty.iter().zip(of_expected).map(|(a, b)| (a - b) / unit));
-            }
-        }
-        all
+            self.scaled_difference(&faulty, &expected, 1.0)
+        };
+        self.conditions.iter().enumerate().flat_map(of).collect()
     }
 
     /// A variant at a strength, with its size.
@@ -219,12 +305,6 @@ impl<'a> Scale<'a> {
         let fault = at(factor(usual / LIMIT, strength));
         let size = self.size(&fault);
         (fault, size)
-    }
-
-    /// The sensors of the case.
-    #[must_use]
-    pub fn sensors(&self) -> &Sensors {
-        &self.sensors
     }
 }
 
@@ -239,8 +319,6 @@ pub fn factor(usual: f64, strength: Strength) -> f64 {
     }
 }
 
-/// Share of a direction that must be left of it for it to be another one.
-const COLLINEAR: f64 = 1e-6;
 /// Relative change of a value by which the residual is differentiated.
 const CHANGE: f64 = 0.1;
 /// The two chambers in the names of parameters.
@@ -266,22 +344,8 @@ fn changed(hidden: &Hidden) -> Vec<Hidden> {
     names.into_iter().map(with).collect()
 }
 
-fn norm(v: &[f64]) -> f64 {
-    dot(v, v).sqrt()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-/// Removes from `v` what goes along the unit vector `unit`.
-fn clear(v: &mut [f64], unit: &[f64]) {
-    let along = dot(v, unit);
-    v.iter_mut().zip(unit).for_each(|(v, u)| *v -= along * u);
 }
 
 fn force_correlation(noise: Noise, step_s: f64) -> f64 {

@@ -8,6 +8,7 @@
 //! | `model` | models that are off by a given amount |
 //! | `data` | the recordings of a case |
 //! | `detection` | size of what is hidden, relative to the limit of detection |
+//! | `unknowns` | quantities within tolerances, and what they explain |
 //! | `rig` | the same for recordings of the virtual rig |
 //! | `outcome` | what the diagnosis said of a case |
 //! | `store` | a folder of outcomes |
@@ -25,6 +26,7 @@ pub mod rig;
 pub mod rows;
 pub mod store;
 pub mod tables;
+mod unknowns;
 
 pub use case::{Case, Factors, Fault, Kind, ModelError, Shape, Source, Strength};
 pub use outcome::Outcome;
