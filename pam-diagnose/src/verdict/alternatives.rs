@@ -5,6 +5,7 @@ use super::naming::Naming;
 use crate::fit::{Fit, Hypothesis, Member};
 use crate::onset::TimedSet;
 use crate::search::{Candidates, Scored};
+use std::collections::HashSet;
 
 impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     /// Candidates that explain nearly as much in place of a member of the chosen set: sets with another candidate in its
@@ -63,7 +64,10 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 && rest.iter().all(|&c| h.contains(c))
                 && total - least < 2.0 * settings.confusable_odds.ln()
         });
+        // The best times of each candidate come first.
+        let mut known = HashSet::new();
         near.filter_map(|(h, _)| h.members.iter().find(|m| !best.contains(m.candidate)).cloned())
+            .filter(|m| known.insert(m.candidate))
             .collect()
     }
 
@@ -77,7 +81,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             let all: f64 = timed.others.iter().map(odds).sum();
             let of = |c: usize| {
                 let with = timed.others.iter().filter(|(h, _)| h.contains(c));
-                with.map(odds).sum::<f64>() / all.max(f64::MIN_POSITIVE)
+                positive(with.map(odds).sum()) / all.max(f64::MIN_POSITIVE)
             };
             return (0..count).map(of).collect();
         }
@@ -87,7 +91,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let all: f64 = odds.iter().sum();
         let of = |c: usize| {
             let sets = self.found.others.iter().zip(&odds);
-            sets.filter(|(s, _)| s.hypothesis().contains(c)).map(|(_, o)| o).sum::<f64>()
+            positive(sets.filter(|(s, _)| s.hypothesis().contains(c)).map(|(_, o)| o).sum())
         };
         (0..count).map(|c| if all > 0.0 { of(c) / all } else { 0.0 }).collect()
     }
@@ -117,4 +121,9 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             refused.push(Refused { effect: id.to_owned(), inclusion, reason });
         }
     }
+}
+
+/// The sum of no numbers is −0.
+fn positive(sum: f64) -> f64 {
+    sum + 0.0
 }
