@@ -44,8 +44,10 @@ pub fn power_of_pieces(series: &[f64], piece: usize) -> Vec<Vec<f64>> {
 /// `band` weighs each frequency (cycles per sample), 0 outside and 1 inside. The regressors are the harmonics of a period that is
 /// `beyond` samples longer than the series at least, so that the series is not taken for periodic; a filter by a single transform
 /// would have to invent what comes before and after, and leaks the band into its surroundings there. With `S` the covariance of
-/// signals of the band and `λ` the `ridge`, the residual is `λ (S + λ I)⁻¹ (y − mean)`, by conjugate gradients with products by the fast
-/// transform: the conditional mean of white noise of variance `λ` beside a stationary signal of that spectrum (Wiener 1949).
+/// signals of the band and `λ` the `ridge`, the residual is `λ (S + λ I)⁻¹ (y − μ)`, by conjugate gradients with products by the fast
+/// transform: the conditional mean of white noise of variance `λ` beside a stationary signal of that spectrum (Wiener 1949). The steady part
+/// `μ` is estimated by generalised least squares beside that signal, since the mean of a series that ends within a period of the signal is no
+/// steady part.
 #[must_use]
 pub fn outside_band(
     series: &[f64],
@@ -81,28 +83,35 @@ pub fn outside_band(
             *p = value + ridge * x;
         }
     };
+    // The solution x of (S + λ I) x = y.
+    let mut solved = |mut left: Vec<f64>| {
+        let mut solution = vec![0.0; len];
+        let mut direction = left.clone();
+        let mut product = vec![0.0; len];
+        let mut square = dot(&left, &left);
+        let enough = CONVERGED * CONVERGED * square;
+        for _ in 0..MOST_ITERATIONS {
+            if square <= enough {
+                break;
+            }
+            times_covariance(&direction, &mut product);
+            let step = square / dot(&direction, &product);
+            for k in 0..len {
+                solution[k] += step * direction[k];
+                left[k] -= step * product[k];
+            }
+            let next = dot(&left, &left);
+            for (d, l) in direction.iter_mut().zip(&left) {
+                *d = l + next / square * *d;
+            }
+            square = next;
+        }
+        solution
+    };
+    // Less the mean, a constant series is exactly zero.
     let mean = series.iter().sum::<f64>() / len.max(1) as f64;
-    let mut left: Vec<f64> = series.iter().map(|x| x - mean).collect();
-    let mut solution = vec![0.0; len];
-    let mut direction = left.clone();
-    let mut product = vec![0.0; len];
-    let mut square = dot(&left, &left);
-    let enough = CONVERGED * CONVERGED * square;
-    for _ in 0..MOST_ITERATIONS {
-        if square <= enough {
-            break;
-        }
-        times_covariance(&direction, &mut product);
-        let step = square / dot(&direction, &product);
-        for k in 0..len {
-            solution[k] += step * direction[k];
-            left[k] -= step * product[k];
-        }
-        let next = dot(&left, &left);
-        for (d, l) in direction.iter_mut().zip(&left) {
-            *d = l + next / square * *d;
-        }
-        square = next;
-    }
-    solution.iter().map(|x| ridge * x).collect()
+    let varying = solved(series.iter().map(|x| x - mean).collect());
+    let of_one = solved(vec![1.0; len]);
+    let steady = varying.iter().sum::<f64>() / of_one.iter().sum::<f64>();
+    varying.iter().zip(&of_one).map(|(x, one)| ridge * (x - steady * one)).collect()
 }

@@ -42,6 +42,20 @@ fn part_outside_a_band_is_right_up_to_the_ends() {
     assert_eq!(outside_band(&[3.0; 40], 5, 1e-6, band), [0.0; 40]);
 }
 
+/// Half a period of a sine has a mean, which is a part of the sine and no steady value beside it.
+#[test]
+fn a_sine_that_ends_within_a_period_leaves_no_offset() {
+    let sine = |k: usize| (TAU * 0.01 * k as f64).sin();
+    let other = |k: usize| 0.01 * (TAU * 0.08 * k as f64 + 0.4).sin();
+    let series: Vec<f64> = (0..3050).map(|k| 100.0 * sine(k) + other(k)).collect();
+    let band = |f: f64| if (0.008..0.012).contains(&f) { 1.0 } else { 0.0 };
+    let left = outside_band(&series, 500, 1e-6, band);
+    assert!((series.iter().sum::<f64>() / 3050.0).abs() > 1.0);
+    for k in 300..2750 {
+        assert!((left[k] - other(k)).abs() < 0.03, "{k}: {}", left[k]);
+    }
+}
+
 #[test]
 fn power_has_its_peak_at_the_sine() {
     let series: Vec<f64> = (0..4096).map(|k| 3.0 + (TAU * 0.125 * k as f64).sin()).collect();
