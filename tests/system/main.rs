@@ -7,6 +7,7 @@ mod bad_input;
 mod commands;
 mod compare;
 mod control;
+mod detection;
 mod diagnose;
 mod experiment;
 mod formats;

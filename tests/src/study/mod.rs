@@ -26,7 +26,7 @@ pub mod rig;
 pub mod rows;
 pub mod store;
 pub mod tables;
-mod unknowns;
+pub mod unknowns;
 
 pub use case::{Case, Factors, Fault, Kind, ModelError, Shape, Source, Strength};
 pub use outcome::Outcome;

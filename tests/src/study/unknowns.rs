@@ -24,11 +24,12 @@ const COLLINEAR: f64 = 1e-6;
 
 /// An orthonormal basis of what does not count.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Basis(Vec<Vec<f64>>);
+pub struct Basis(Vec<Vec<f64>>);
 
 impl Basis {
     /// The basis of the changes by one standard deviation of each unknown quantity.
-    pub(super) fn of_unknowns(changes: Vec<Vec<f64>>) -> Self {
+    #[must_use]
+    pub fn of_unknowns(changes: Vec<Vec<f64>>) -> Self {
         let mut basis = Self::default();
         let count = changes.len();
         for (k, mut change) in changes.into_iter().enumerate() {
@@ -39,7 +40,7 @@ impl Basis {
     }
 
     /// Adds a direction that may have any size; entries that it lacks are zero.
-    pub(super) fn add(&mut self, direction: Vec<f64>) {
+    pub fn add(&mut self, direction: Vec<f64>) {
         let before = norm(&direction);
         let mut direction = self.left(direction);
         let size = norm(&direction);
@@ -50,7 +51,8 @@ impl Basis {
     }
 
     /// What is left of a vector.
-    pub(super) fn left(&self, mut vector: Vec<f64>) -> Vec<f64> {
+    #[must_use]
+    pub fn left(&self, mut vector: Vec<f64>) -> Vec<f64> {
         let whole = self.0.first().map_or(0, Vec::len).max(vector.len());
         vector.resize(whole, 0.0);
         for unit in &self.0 {
@@ -62,30 +64,7 @@ impl Basis {
 }
 
 /// The Euclidean norm.
-pub(super) fn norm(v: &[f64]) -> f64 {
+#[must_use]
+pub fn norm(v: &[f64]) -> f64 {
     v.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// One unknown quantity: the size by the inverse of `1 + d dᵀ` (Sherman and Morrison).
-    #[test]
-    fn an_unknown_quantity_takes_up_what_its_tolerance_allows() {
-        let (r, d) = (vec![3.0, 1.0, -2.0], vec![0.5, 2.0, 1.0]);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let expected = dot(&r, &r) - dot(&r, &d).powi(2) / (1.0 + dot(&d, &d));
-        let left = norm(&Basis::of_unknowns(vec![d]).left(r)).powi(2);
-        assert!((left - expected).abs() < 1e-12, "{left} and {expected}");
-    }
-
-    /// A direction of any size takes up all of itself, and a combination with an unknown quantity too.
-    #[test]
-    fn nothing_is_left_of_a_free_direction() {
-        let mut basis = Basis::of_unknowns(vec![vec![0.5, 2.0, 1.0], vec![1.0, 0.0, 1.0]]);
-        basis.add(vec![3.0, 1.0, -2.0]);
-        assert!(norm(&basis.left(vec![-6.0, -2.0, 4.0])) < 1e-12);
-        assert!(norm(&basis.left(vec![1.0, 0.0, 0.0])) > 0.1);
-    }
 }
