@@ -83,9 +83,9 @@ impl Comparison {
         is_seen && (is_reduced || is_decisive && is_likely)
     }
 
-    /// Returns true if a nonsignificant score test is no evidence against the second hypothesis, under which its statistic is normal
-    /// with mean `change`: its power is below one half, or it is below [`VerdictSettings::power`] and the test data are more probable under
-    /// the second hypothesis.
+    /// Returns true if a score test that is not significant is no evidence against the second hypothesis, under which its statistic is
+    /// normal with mean `change`: its power is below one half, or it is below [`VerdictSettings::power`] and the test data are more probable
+    /// under the second hypothesis.
     pub(crate) fn lacks_power(&self, settings: &VerdictSettings) -> bool {
         let normal_quantile = |p: f64| chi_square_quantile(2.0 * p - 1.0, 1.0).sqrt();
         let critical = normal_quantile(1.0 - settings.score_p_value);
