@@ -8,7 +8,7 @@
 //! study show singles-031 --out case           # one case: outcome, diagnosis, report, model and recordings
 //! study check --only singles                  # faults that the plausibility checks reject
 //! study tables                                # criteria with exact binomial limits
-//! study limits results/diagnosis              # sizes of what is hidden, measured again
+//! study limits results/diagnosis              # recompute the detection limits of stored outcomes
 //! study coverage results/diagnosis results/diagnosis_second_design --out coverage.csv # coverage of intervals over several designs
 //! study run --design 20261 --every 8 --out new # cases that nobody has seen
 //! ```
@@ -92,7 +92,7 @@ enum Action {
         #[arg(default_value = RESULTS)]
         folder: PathBuf,
     },
-    /// Measure the sizes of the hidden effects of outcomes again, over the limit of detection, and store them.
+    /// Recompute the sizes of the hidden effects of stored outcomes, relative to the detection limit.
     Limits {
         /// Folder of the outcomes.
         folder: PathBuf,
@@ -307,7 +307,7 @@ fn write_tables(folder: &Path) -> Result<(), String> {
     write("criteria.csv", &tables::csv(&outcomes)?)
 }
 
-/// Cases of the rig have sizes from its own recordings, which stay as they are.
+/// Sizes of rig cases are derived from rig recordings and are not changed.
 fn limits(folder: &Path) -> Result<(), String> {
     let of_plant = |o: &Outcome| o.case.factors.source == Source::Plant && !o.truth.is_empty();
     store::all(folder)?.into_par_iter().filter(of_plant).try_for_each(|mut outcome| {

@@ -2,26 +2,26 @@
 
 use pam_tests::plant::Hidden;
 use pam_tests::study::data::sized;
-use pam_tests::study::unknowns::{Basis, norm};
+use pam_tests::study::nuisances::{Basis, norm};
 use pam_tests::study::{Case, Factors, design};
 
-/// One unknown quantity: the size by the inverse of `1 + d dᵀ` (Sherman and Morrison 1950).
+/// One nuisance parameter: the size by the inverse of `1 + d dᵀ` (Sherman and Morrison 1950).
 #[test]
-fn an_unknown_quantity_takes_up_what_its_tolerance_allows() {
+fn a_nuisance_parameter_explains_what_its_tolerance_allows() {
     let (r, d) = (vec![3.0, 1.0, -2.0], vec![0.5, 2.0, 1.0]);
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let expected = dot(&r, &r) - dot(&r, &d).powi(2) / (1.0 + dot(&d, &d));
-    let left = norm(&Basis::of_unknowns(vec![d]).left(r)).powi(2);
+    let left = norm(&Basis::of_nuisances(vec![d]).orthogonal(r)).powi(2);
     assert!((left - expected).abs() < 1e-12, "{left} and {expected}");
 }
 
-/// A direction of any size takes up all of itself.
+/// A direction with a free amplitude is removed completely.
 #[test]
 fn nothing_is_left_of_a_free_direction() {
-    let mut basis = Basis::of_unknowns(vec![vec![0.5, 2.0, 1.0], vec![1.0, 0.0, 1.0]]);
+    let mut basis = Basis::of_nuisances(vec![vec![0.5, 2.0, 1.0], vec![1.0, 0.0, 1.0]]);
     basis.add(vec![3.0, 1.0, -2.0]);
-    assert!(norm(&basis.left(vec![-6.0, -2.0, 4.0])) < 1e-12);
-    assert!(norm(&basis.left(vec![1.0, 0.0, 0.0])) > 0.1);
+    assert!(norm(&basis.orthogonal(vec![-6.0, -2.0, 4.0])) < 1e-12);
+    assert!(norm(&basis.orthogonal(vec![1.0, 0.0, 0.0])) > 0.1);
 }
 
 /// A pressure bias of a quarter of a percent cannot be told from the tolerance of the sealed mass in one recording, one of forty times as much

@@ -196,11 +196,10 @@ impl<'a> JointSystem<'a> {
 
     /// The effects of the model and of a hypothesis in an experiment, in the order in which they act.
     pub(super) fn parts(&self, h: &Hypothesis, experiment: usize) -> Parts<'_> {
-        let of_model = self.fixed.iter().cloned().chain(self.learned_in_part(h));
-        let (effects, values): (Vec<&dyn AnyEffect>, Vec<_>) =
-            of_model.map(|a| (a.effect as &dyn AnyEffect, a.values)).unzip();
-        let mut parts =
-            Parts { effects, values: values.into_iter().flatten().collect(), places: Vec::new() };
+        let of_model: Vec<ActiveEffect> =
+            self.fixed.iter().cloned().chain(self.learned_in_part(h)).collect();
+        let (effects, values) = ActiveEffect::split(&of_model);
+        let mut parts = Parts { effects, values, places: Vec::new() };
         for member in &h.members {
             match member.candidate.checked_sub(self.effects.len()) {
                 None => parts.add(self.effects[member.candidate], member, experiment),

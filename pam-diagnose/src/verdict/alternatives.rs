@@ -74,26 +74,20 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     /// The posterior probability that each candidate is at work, over the sets that were fitted in the last round, by
     /// their totals (Hoeting and others 1999).
     pub(super) fn inclusion(&self) -> Vec<f64> {
-        let count = self.rows.whole.system.candidate_len();
-        if let Some(timed) = self.timed {
+        let sets: Vec<(&Hypothesis, f64)> = if let Some(timed) = self.timed {
             let least = timed.others.first().map_or(0.0, |s| s.1);
-            let odds = |s: &(Hypothesis, f64)| (0.5 * (least - s.1)).exp();
-            let all: f64 = timed.others.iter().map(odds).sum();
-            let of = |c: usize| {
-                let with = timed.others.iter().filter(|(h, _)| h.contains(c));
-                positive(with.map(odds).sum()) / all.max(f64::MIN_POSITIVE)
-            };
-            return (0..count).map(of).collect();
-        }
-        let best = &self.found.best;
-        let odds: Vec<f64> =
-            self.found.others.iter().map(|s| (-best.log_odds(s)).min(0.0).exp()).collect();
-        let all: f64 = odds.iter().sum();
-        let of = |c: usize| {
-            let sets = self.found.others.iter().zip(&odds);
-            positive(sets.filter(|(s, _)| s.hypothesis().contains(c)).map(|(_, o)| o).sum())
+            timed.others.iter().map(|(h, total)| (h, (0.5 * (least - total)).exp())).collect()
+        } else {
+            let odds = |s: &Scored| (-self.found.best.log_odds(s)).min(0.0).exp();
+            self.found.others.iter().map(|s| (s.hypothesis(), odds(s))).collect()
         };
-        (0..count).map(|c| if all > 0.0 { of(c) / all } else { 0.0 }).collect()
+        let all: f64 = sets.iter().map(|s| s.1).sum();
+        let of = |candidate: usize| {
+            let with = sets.iter().filter(|(h, _)| h.contains(candidate));
+            // An empty sum is −0.
+            0.0 + with.map(|s| s.1).sum::<f64>() / all.max(f64::MIN_POSITIVE)
+        };
+        (0..self.rows.whole.system.candidate_len()).map(of).collect()
     }
 
     /// Lists every candidate that is neither named nor refused yet.
@@ -121,9 +115,4 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             refused.push(Refused { effect: id.to_owned(), inclusion, reason });
         }
     }
-}
-
-/// The sum of no numbers is −0.
-fn positive(sum: f64) -> f64 {
-    sum + 0.0
 }

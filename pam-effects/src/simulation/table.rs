@@ -23,8 +23,8 @@ const MOST_NODES: usize = 1000;
 /// The restoring force over (x, ẋ) at the sealed masses of one recording, bilinear between nodes, with
 /// slopes and curvatures along both masses.
 ///
-/// Beyond the table the force goes on from its edge with the mean stiffness and the mean damping of the table, neither of them negative: a
-/// network has learned nothing there, and one whose force falls would let a simulation run away.
+/// Beyond the table the force is extrapolated linearly with the table's mean stiffness and mean damping, neither of them negative. A network is
+/// not trained there, and a simulation would diverge where its force decreases.
 ///
 /// For `f'' = 2 N/mm²` and nodes 0.1 mm apart the interpolation errs by 1.7 mN at most, some 15 nm of displacement, and by nothing on
 /// the average.
@@ -44,7 +44,7 @@ pub struct ForceTable {
     /// Slopes along m_f and m_e, curvatures along both, in every [`SLOPE_COLUMNS`]-th column.
     slopes: Vec<[f64; 4]>,
     slope_columns: usize,
-    /// Mean slopes along x (mN/mm) and ẋ (mN s/mm), by which the force goes on beyond the table.
+    /// Mean slopes along x (mN/mm) and ẋ (mN s/mm), for extrapolation beyond the table.
     beyond: [f64; 2],
 }
 
@@ -151,13 +151,13 @@ impl ForceTable {
     pub fn force_mn<S: Scalar>(&self, x: S, v: S, change_g: [S; 2]) -> S {
         let [flexor, extensor] = &change_g;
         let air = [flexor.real(), extensor.real()];
-        let (value, slopes) = self.anywhere([x.real(), v.real()], air, S::NDERIV > 0);
+        let (value, slopes) = self.with_slopes([x.real(), v.real()], air, S::NDERIV > 0);
         S::with_slopes(value, [&x, &v, flexor, extensor], slopes)
     }
 
-    /// The force and, if it is asked for, its slopes along displacement, velocity and both masses.
+    /// The force inside the table and, if `asked`, its slopes along displacement, velocity and both masses.
     #[inline(always)]
-    fn with_slopes(&self, [x, v]: [f64; 2], [d0, d1]: [f64; 2], asked: bool) -> (f64, [f64; 4]) {
+    fn inside(&self, [x, v]: [f64; 2], [d0, d1]: [f64; 2], asked: bool) -> (f64, [f64; 4]) {
         let cell = |value: f64, start: f64, per: f64, nodes: usize| {
             let position = (value - start) * per;
             // Truncation is the floor of what is not negative.
@@ -210,11 +210,11 @@ impl ForceTable {
         (value, [per_x * self.per_x, per_v * self.per_v, slopes[0], slopes[1]])
     }
 
-    /// As [`with_slopes`](Self::with_slopes), at places beyond the table too.
+    /// As [`inside`](Self::inside), extrapolated beyond the table.
     #[inline(always)]
-    fn anywhere(&self, at: [f64; 2], air: [f64; 2], asked: bool) -> (f64, [f64; 4]) {
+    fn with_slopes(&self, at: [f64; 2], air: [f64; 2], asked: bool) -> (f64, [f64; 4]) {
         let [x, v] = [0, 1].map(|k| at[k].clamp(self.ranges[k][0], self.ranges[k][1]));
-        let (mut value, mut slopes) = self.with_slopes([x, v], air, asked);
+        let (mut value, mut slopes) = self.inside([x, v], air, asked);
         for (k, outside) in [at[0] - x, at[1] - v].into_iter().enumerate() {
             if outside != 0.0 {
                 value += self.beyond[k] * outside;
@@ -225,7 +225,7 @@ impl ForceTable {
     }
 }
 
-/// Mean slopes of a table along x and ẋ, where they are positive.
+/// Mean slopes of a table along x and ẋ, at least zero.
 fn mean_slopes(values: &[f64], columns: usize, [per_x, per_v]: [f64; 2]) -> [f64; 2] {
     let rows = values.len() / columns;
     let (first, last) = (&values[..columns], &values[values.len() - columns..]);
@@ -296,7 +296,7 @@ impl<S: Scalar> SealedForce<S> for Air<'_, S> {
         let air = [flexor.real(), extensor.real()];
         let (velocity, damping, inverse) = (v.real(), damping_kg_s.real(), per_kg.real());
         let (restoring, [by_x, by_v, by_flexor, by_extensor]) =
-            self.table.anywhere([x.real(), velocity], air, S::NDERIV > 0);
+            self.table.with_slopes([x.real(), velocity], air, S::NDERIV > 0);
         let force = push_mn.real() - restoring - velocity * damping;
         S::with_slopes(
             force * inverse,

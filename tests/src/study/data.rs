@@ -84,7 +84,7 @@ pub fn data(case: &Case) -> Data {
     data
 }
 
-/// What is hidden in the recordings of a case of the plant, with the sizes of values that it gives.
+/// The sizes of given effects, hidden in the recordings of a case of the plant.
 ///
 /// # Panics
 /// If the published weights cannot be read.
@@ -92,30 +92,37 @@ pub fn data(case: &Case) -> Data {
 pub fn sized(case: &Case, hidden: &[Hidden]) -> Vec<Truth> {
     let faults = hidden.iter().cloned().map(Fault::Given).collect();
     let case = Case { faults, ..case.clone() };
-    let (plant, model, conditions) = setting(&case);
-    truths(&case, (&plant, &model, &conditions))
+    truths(&case, &Setting::of(&case))
 }
 
-/// Plant, model and pressures (psi) of a case.
-fn setting(case: &Case) -> (Plant, SavedModel, Vec<[f64; 2]>) {
-    let saved = load_model(crate::published_weights()).expect("the published weights");
-    let plant = Plant::of(&saved.model);
-    let model = perturbed(&saved, case.factors.model_error, MODEL_SEED + case.seed);
-    let conditions = match case.conditions.as_slice() {
-        [] => conditions(case.factors.recordings, case.seed),
-        given => given.to_vec(),
-    };
-    (plant, model, conditions)
+/// What the recordings of a plant case are made with.
+struct Setting {
+    plant: Plant,
+    /// The model under diagnosis.
+    model: SavedModel,
+    /// Gauge pressures at rest of each recording, psi.
+    conditions: Vec<[f64; 2]>,
+}
+
+impl Setting {
+    fn of(case: &Case) -> Self {
+        let saved = load_model(crate::published_weights()).expect("the published weights");
+        let plant = Plant::of(&saved.model);
+        let model = perturbed(&saved, case.factors.model_error, MODEL_SEED + case.seed);
+        let conditions = match case.conditions.as_slice() {
+            [] => conditions(case.factors.recordings, case.seed),
+            given => given.to_vec(),
+        };
+        Self { plant, model, conditions }
+    }
 }
 
 /// The faults of a case with their sizes, alone and beside each other.
-fn truths(
-    case: &Case,
-    (plant, model, conditions): (&Plant, &SavedModel, &[[f64; 2]]),
-) -> Vec<Truth> {
+fn truths(case: &Case, setting: &Setting) -> Vec<Truth> {
     if case.faults.is_empty() {
         return Vec::new();
     }
+    let Setting { plant, model, conditions } = setting;
     let scale = Scale::of(case, plant, &Plant::of(&model.model), conditions);
     let mut truth: Vec<Truth> =
         case.faults.iter().map(|fault| measured(&scale, case, fault)).collect();
@@ -132,8 +139,9 @@ fn truths(
 }
 
 fn of_plant(case: &Case) -> Data {
-    let (plant, model, conditions) = setting(case);
-    let truth = truths(case, (&plant, &model, &conditions));
+    let setting = Setting::of(case);
+    let truth = truths(case, &setting);
+    let Setting { plant, model, conditions } = setting;
     let hidden: Vec<Hidden> = truth.iter().map(|t| t.hidden.clone()).collect();
     let record = |psi: &[[f64; 2]], faults: &[Hidden], seed: u64, longest_s: f64| {
         let mut factors = case.factors.clone();

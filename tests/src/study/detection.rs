@@ -6,15 +6,15 @@
 //! `S² = Σ_c E_c / (σ_c²/N_c + g_c² σ_F²/N_F + D_c²/R)`
 //!
 //! with the noise `σ_c` of the channel and its effective number of samples `N_c`, the noise of the recorded force, which
-//! moves the prediction, and the discrepancy `D_c` of the model, one value for each of `R` recordings. Of the residual, only
-//! what counts that [unknown quantities](super::unknowns) within their tolerances do not explain: mass, deformation coefficient and time
-//! of the force, and the sealed masses and pressure offsets of each recording. A fault is detectable from [`LIMIT`] on.
+//! moves the prediction, and the discrepancy `D_c` of the model, one value for each of `R` recordings. Only the part of
+//! the residual counts that [nuisance parameters](super::nuisances) do not explain: mass, deformation coefficient and time of the force, and
+//! the sealed masses and pressure offsets of each recording. A fault is detectable from [`LIMIT`] on.
 //!
 //! Beside other faults a fault has a second size, [`Scale::size_beside`]: what is left of it after the others, at whatever
 //! values, have taken as much of its residual as they can, to first order.
 
 use super::case::{Case, Strength};
-use super::unknowns::{Basis, LEAD_SAMPLES, MODEL, OFFSET_KPA, SEALED_MASS, norm};
+use super::nuisances::{Basis, LEAD_SAMPLES, MODEL, OFFSET_KPA, SEALED_MASS, norm};
 use crate::magnitudes::{self, Motion};
 use crate::plant::{Excitation, Experiment, Hidden, Noise, Plant, Sensors};
 use pam_data::Recording;
@@ -40,13 +40,13 @@ const STIFFNESS_N_MM: f64 = 150.0;
 const RESPONSE_HZ: f64 = 6.3;
 const KPA_PER_MM: f64 = 13.0;
 
-/// Samples of a residual that count, per second: the joint does not follow faster ones.
-const COUNTED_HZ: f64 = 100.0;
+/// Sampling rate of residuals, well above the bandwidth of the joint.
+const RESIDUAL_HZ: f64 = 100.0;
 
-/// Relative change of a quantity by which the prediction is differentiated.
-const TRIAL: f64 = 0.01;
+/// Relative change of a nuisance parameter for finite differences.
+const DIFFERENCE: f64 = 0.01;
 
-/// Longest step of the integration, s: a size need not be as exact as the recordings of a case.
+/// Longest integration step, s; sizes need less accuracy than the recordings of a case.
 const LONGEST_STEP_S: f64 = 1e-3;
 
 /// Correlation of the noise below which lags no longer count.
@@ -65,8 +65,8 @@ pub struct Scale<'a> {
     quiet: Sensors,
     /// Variance of the mean of the residual of x, P_f, P_e.
     variance: [f64; 3],
-    /// What unknown quantities explain.
-    unknown: Basis,
+    /// The changes that nuisance parameters explain.
+    nuisances: Basis,
     /// Motion without faults.
     pub motion: Motion,
 }
@@ -114,11 +114,13 @@ impl<'a> Scale<'a> {
             sensors,
             quiet,
             variance: [0.0; 3],
-            unknown: Basis::default(),
+            nuisances: Basis::default(),
             motion: Motion { force_n: 0.0, travel_mm: 0.0 },
         };
         // One recording shows the noise; the motion and the discrepancy are those of all.
-        let clean = scale.record(plant, 0, conditions[0], &[], &quiet);
+        let clean: Vec<Recording> = (conditions.iter().enumerate())
+            .map(|(i, &psi)| scale.record(plant, i, psi, &[], &quiet))
+            .collect();
         let noisy = scale.record(plant, 0, conditions[0], &[], &sensors);
         let recordings = conditions.len() as f64;
         let step_s = 1.0 / sensors.rate_hz;
@@ -127,18 +129,17 @@ impl<'a> Scale<'a> {
         let force_mm = sensors.force.deviation * force_share.sqrt() / STIFFNESS_N_MM;
         let force_samples = 2.0 * RESPONSE_HZ * case.factors.duration_s * recordings;
         for c in 0..3 {
-            let pairs = channels(&noisy)[c].iter().zip(channels(&clean)[c]);
+            let pairs = channels(&noisy)[c].iter().zip(channels(&clean[0])[c]);
             let noise: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
             let own = mean_square(noise.iter().copied()) / (recordings * effective(&noise));
             let moved = force_mm * if c == 0 { 1.0 } else { KPA_PER_MM };
             scale.variance[c] = own + moved * moved / force_samples;
         }
         let mut discrepancy = [0.0; 3];
-        for (i, &psi) in conditions.iter().enumerate() {
-            let truth = scale.record(plant, i, psi, &[], &quiet);
-            let seen = scale.predicted(model, i, &truth);
+        for (i, truth) in clean.iter().enumerate() {
+            let seen = scale.predicted(model, i, truth);
             for (c, sum) in discrepancy.iter_mut().enumerate() {
-                let apart = channels(&truth)[c].iter().zip(channels(&seen)[c]);
+                let apart = channels(truth)[c].iter().zip(channels(&seen)[c]);
                 *sum += mean_square(apart.map(|(a, b)| a - b)) / recordings;
             }
             let x = &truth.displacement_mm;
@@ -153,46 +154,42 @@ impl<'a> Scale<'a> {
         for (variance, discrepancy) in scale.variance.iter_mut().zip(discrepancy) {
             *variance += discrepancy / recordings;
         }
-        scale.unknown = Basis::of_unknowns(scale.unknown_changes());
+        scale.nuisances = Basis::of_nuisances(scale.nuisance_changes(&clean));
         scale
     }
 
-    /// The changes of the residual by one standard deviation of each unknown quantity.
-    fn unknown_changes(&self) -> Vec<Vec<f64>> {
-        let predicted = |plant: &Plant, i: usize, psi| self.record(plant, i, psi, &[], &self.quiet);
-        let all: Vec<Recording> = (0..self.conditions.len())
-            .map(|i| predicted(self.plant, i, self.conditions[i]))
-            .collect();
-        let mut changes = Vec::new();
-        for changed in [self.plant.with_mass(1.0 + TRIAL), self.plant.with_deformation(1.0 + TRIAL)]
-        {
-            let change = all.iter().enumerate().flat_map(|(i, before)| {
-                let after = predicted(&changed, i, self.conditions[i]);
-                self.scaled_difference(&after, before, MODEL / TRIAL)
-            });
-            changes.push(change.collect());
-        }
-        changes.push(all.iter().flat_map(|before| self.scaled_shift(before)).collect());
-        for (i, before) in all.iter().enumerate() {
-            let elsewhere = |change: Vec<f64>| -> Vec<f64> {
-                let of = |(k, r): (usize, &Recording)| {
-                    if k == i { change.clone() } else { vec![0.0; 3 * self.counted(r).count()] }
-                };
-                all.iter().enumerate().flat_map(of).collect()
-            };
+    /// The changes of the residual by one standard deviation of each nuisance parameter, from the recordings without faults.
+    fn nuisance_changes(&self, clean: &[Recording]) -> Vec<Vec<f64>> {
+        let difference = |plant: &Plant, i: usize, psi, factor: f64| {
+            let changed = self.record(plant, i, psi, &[], &self.quiet);
+            self.weighted_difference(&changed, &clean[i], factor / DIFFERENCE)
+        };
+        let of_plant = |changed: Plant| -> Vec<f64> {
+            let all = self.conditions.iter().enumerate();
+            all.flat_map(|(i, &psi)| difference(&changed, i, psi, MODEL)).collect()
+        };
+        let mut changes = vec![
+            of_plant(self.plant.with_mass(1.0 + DIFFERENCE)),
+            of_plant(self.plant.with_deformation(1.0 + DIFFERENCE)),
+            clean.iter().flat_map(|recording| self.weighted_shift(recording)).collect(),
+        ];
+        // The recordings of a case have equal lengths.
+        let of_recording = |i: usize, own: Vec<f64>| {
+            let mut all = vec![0.0; clean.len() * own.len()];
+            all[i * own.len()..(i + 1) * own.len()].copy_from_slice(&own);
+            all
+        };
+        // The first sample of a pressure carries its noise.
+        let offset_kpa = OFFSET_KPA.hypot(self.sensors.pressure.deviation);
+        for (i, recording) in clean.iter().enumerate() {
             for side in 0..2 {
                 let mut psi = self.conditions[i];
                 let kpa = ATMOSPHERE_KPA + KPA_PER_PSI * psi[side];
-                psi[side] += TRIAL * kpa / KPA_PER_PSI;
+                psi[side] += DIFFERENCE * kpa / KPA_PER_PSI;
                 let mass = SEALED_MASS.hypot(self.sealed_noise_kpa() / kpa);
-                let after = predicted(self.plant, i, psi);
-                changes.push(elsewhere(self.scaled_difference(&after, before, mass / TRIAL)));
-                // The first sample of a pressure carries its noise.
-                let offset = OFFSET_KPA.hypot(self.sensors.pressure.deviation);
-                let unit = offset / self.unit(1 + side, before);
-                let count = self.counted(before).count();
-                let of = |c: usize| vec![if c == 1 + side { unit } else { 0.0 }; count];
-                changes.push(elsewhere((0..3).flat_map(of).collect()));
+                changes.push(of_recording(i, difference(self.plant, i, psi, mass)));
+                let offset = |c: usize, _| if c == 1 + side { offset_kpa } else { 0.0 };
+                changes.push(of_recording(i, self.weighted(recording, offset)));
             }
         }
         changes
@@ -207,41 +204,32 @@ impl<'a> Scale<'a> {
         noise.deviation / independent.sqrt()
     }
 
-    /// The samples of a recording that count.
-    fn counted(&self, recording: &Recording) -> impl ExactSizeIterator<Item = usize> + use<> {
-        let every = (self.sensors.rate_hz / COUNTED_HZ).round().max(1.0) as usize;
-        (0..recording.displacement_mm.len()).step_by(every)
-    }
-
-    /// The standard deviation of every counted value of a channel that its mean square stands for.
-    fn unit(&self, channel: usize, recording: &Recording) -> f64 {
-        let values = self.conditions.len() * self.counted(recording).count();
-        (self.variance[channel].max(f64::MIN_POSITIVE) * values as f64).sqrt()
-    }
-
-    /// The difference of two recordings in all channels, times a factor, scaled so that its norm is its size.
-    fn scaled_difference(&self, after: &Recording, before: &Recording, factor: f64) -> Vec<f64> {
-        let of = |c: usize| {
-            let (after, values, unit) =
-                (channels(after)[c], channels(before)[c], self.unit(c, before));
-            let change = move |k: usize| factor * (after[k] - values[k]) / unit;
-            self.counted(before).map(change)
+    /// Changes of the samples of a recording by channel and sample, at the rate of residuals and weighted so that their norm is their size.
+    fn weighted(&self, recording: &Recording, change: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+        let every = (self.sensors.rate_hz / RESIDUAL_HZ).round().max(1.0) as usize;
+        let samples: Vec<usize> = (0..recording.displacement_mm.len()).step_by(every).collect();
+        let values = (self.conditions.len() * samples.len()) as f64;
+        let of_channel = |c: usize| {
+            let unit = (self.variance[c].max(f64::MIN_POSITIVE) * values).sqrt();
+            samples.iter().map(|&k| change(c, k) / unit).collect::<Vec<_>>()
         };
-        (0..3).flat_map(of).collect()
+        (0..3).flat_map(of_channel).collect()
+    }
+
+    /// The difference of two recordings, times a factor.
+    fn weighted_difference(&self, after: &Recording, before: &Recording, factor: f64) -> Vec<f64> {
+        let [after, values] = [after, before].map(channels);
+        self.weighted(before, |c, k| factor * (after[c][k] - values[c][k]))
     }
 
     /// The change of a recording by a shift in time of [`LEAD_SAMPLES`].
-    fn scaled_shift(&self, recording: &Recording) -> Vec<f64> {
-        let of = |c: usize| {
-            let (values, unit) = (channels(recording)[c], self.unit(c, recording));
-            let last = values.len() - 1;
-            let shift = move |k: usize| {
-                let (from, to) = (k.saturating_sub(1), (k + 1).min(last));
-                LEAD_SAMPLES * (values[to] - values[from]) / (to - from) as f64 / unit
-            };
-            self.counted(recording).map(shift)
-        };
-        (0..3).flat_map(of).collect()
+    fn weighted_shift(&self, recording: &Recording) -> Vec<f64> {
+        let values = channels(recording);
+        let last = recording.displacement_mm.len() - 1;
+        self.weighted(recording, |c, k| {
+            let (from, to) = (k.saturating_sub(1), (k + 1).min(last));
+            LEAD_SAMPLES * (values[c][to] - values[c][from]) / (to - from) as f64
+        })
     }
 
     fn record(
@@ -269,13 +257,13 @@ impl<'a> Scale<'a> {
     /// The size of a fault.
     #[must_use]
     pub fn size(&self, fault: &Hidden) -> f64 {
-        norm(&self.unknown.left(self.residual(fault)))
+        norm(&self.nuisances.orthogonal(self.residual(fault)))
     }
 
     /// The size of what is left of a fault beside others, whose values are free.
     #[must_use]
     pub fn size_beside(&self, fault: &Hidden, others: &[&Hidden]) -> f64 {
-        let mut basis = self.unknown.clone();
+        let mut basis = self.nuisances.clone();
         for other in others {
             let whole = self.residual(other);
             for changed in changed(other) {
@@ -283,16 +271,16 @@ impl<'a> Scale<'a> {
             }
             basis.add(whole);
         }
-        norm(&basis.left(self.residual(fault)))
+        norm(&basis.orthogonal(self.residual(fault)))
     }
 
     /// The residual that a fault leaves to a model without it, in all recordings and channels, scaled so that its norm is
-    /// the size where no quantity is unknown.
+    /// the size without nuisance parameters.
     fn residual(&self, fault: &Hidden) -> Vec<f64> {
         let of = |(i, &psi): (usize, &[f64; 2])| {
             let faulty = self.record(self.plant, i, psi, std::slice::from_ref(fault), &self.quiet);
             let expected = self.predicted(self.plant, i, &faulty);
-            self.scaled_difference(&faulty, &expected, 1.0)
+            self.weighted_difference(&faulty, &expected, 1.0)
         };
         self.conditions.iter().enumerate().flat_map(of).collect()
     }

@@ -8,7 +8,7 @@
 //! | `model` | models that are off by a given amount |
 //! | `data` | the recordings of a case |
 //! | `detection` | size of what is hidden, relative to the limit of detection |
-//! | `unknowns` | quantities within tolerances, and what they explain |
+//! | `nuisances` | nuisance parameters with their tolerances, and their projection out of a residual |
 //! | `rig` | the same for recordings of the virtual rig |
 //! | `outcome` | what the diagnosis said of a case |
 //! | `store` | a folder of outcomes |
@@ -21,12 +21,12 @@ pub mod data;
 pub mod design;
 pub mod detection;
 pub mod model;
+pub mod nuisances;
 pub mod outcome;
 pub mod rig;
 pub mod rows;
 pub mod store;
 pub mod tables;
-pub mod unknowns;
 
 pub use case::{Case, Factors, Fault, Kind, ModelError, Shape, Source, Strength};
 pub use outcome::Outcome;

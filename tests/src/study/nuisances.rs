@@ -1,15 +1,14 @@
-//! Quantities that a laboratory knows only within a tolerance, and vectors less what they explain.
+//! Nuisance parameters: quantities that a laboratory knows only within a tolerance.
 //!
-//! A residual that a change within the tolerances leaves as well is no evidence of a fault, whoever reads it. With the change `d_j` of
-//! the residual by one standard deviation of each quantity, what is left of a residual `r` is
+//! A residual that nuisance parameters within their tolerances explain is no evidence of a fault. Let `d_j` be the change of the residual
+//! by one standard deviation of nuisance parameter `j`. The squared norm of the part of a residual `r` that they do not explain is
 //!
-//! `min_a |r − Σ_j a_j d_j|² + |a|²`
+//! `min_a |r − Σ_j a_j d_j|² + |a|² = rᵀ (I + Σ_j d_j d_jᵀ)⁻¹ r`
 //!
-//! which is the square of the residual by the covariance `1 + Σ_j d_j d_jᵀ`. Each vector has one more entry for every quantity, which is
-//! 1 in `d_j`, so that the minimum is a projection.
+//! It is computed as a projection: every vector is augmented by one entry for each parameter, which is 1 in `d_j`.
 
-/// Standard deviations of the quantities, as the diagnosis states them in its settings.
-///
+// Prior standard deviations, those of the settings of the diagnosis.
+
 /// Moving mass and deformation coefficient, relative.
 pub(super) const MODEL: f64 = 2e-3;
 /// Sealed masses, relative: the temperature of the air to 0.6 K.
@@ -19,17 +18,17 @@ pub(super) const OFFSET_KPA: f64 = 0.5;
 /// Time of the recorded force within its sample, samples.
 pub(super) const LEAD_SAMPLES: f64 = 0.3;
 
-/// Share of a direction that must be left of it for it to be another one.
+/// Smallest relative norm of the orthogonal component of a direction that extends the basis.
 const COLLINEAR: f64 = 1e-6;
 
-/// An orthonormal basis of what does not count.
+/// An orthonormal basis of the changes that do not count as a fault.
 #[derive(Debug, Clone, Default)]
 pub struct Basis(Vec<Vec<f64>>);
 
 impl Basis {
-    /// The basis of the changes by one standard deviation of each unknown quantity.
+    /// The basis of the changes by one standard deviation of each nuisance parameter.
     #[must_use]
-    pub fn of_unknowns(changes: Vec<Vec<f64>>) -> Self {
+    pub fn of_nuisances(changes: Vec<Vec<f64>>) -> Self {
         let mut basis = Self::default();
         let count = changes.len();
         for (k, mut change) in changes.into_iter().enumerate() {
@@ -39,10 +38,10 @@ impl Basis {
         basis
     }
 
-    /// Adds a direction that may have any size; entries that it lacks are zero.
+    /// Adds a direction with a free amplitude; missing entries are zero.
     pub fn add(&mut self, direction: Vec<f64>) {
         let before = norm(&direction);
-        let mut direction = self.left(direction);
+        let mut direction = self.orthogonal(direction);
         let size = norm(&direction);
         if size > COLLINEAR * before {
             direction.iter_mut().for_each(|v| *v /= size);
@@ -50,9 +49,9 @@ impl Basis {
         }
     }
 
-    /// What is left of a vector.
+    /// The component of a vector that is orthogonal to the basis; missing entries are zero.
     #[must_use]
-    pub fn left(&self, mut vector: Vec<f64>) -> Vec<f64> {
+    pub fn orthogonal(&self, mut vector: Vec<f64>) -> Vec<f64> {
         let whole = self.0.first().map_or(0, Vec::len).max(vector.len());
         vector.resize(whole, 0.0);
         for unit in &self.0 {
