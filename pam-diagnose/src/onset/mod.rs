@@ -19,18 +19,23 @@
 mod cells;
 mod draws;
 mod each;
+mod fits;
 mod interval;
 mod late;
 mod scan;
+mod scanned;
 mod schedule;
 mod search;
+mod starts;
 mod times;
+mod variants;
 
 pub(crate) use each::with_own_times;
+pub(crate) use fits::moved_in_time;
 pub(crate) use interval::time_interval;
 pub use late::LateFault;
 pub(crate) use late::late_fault;
 pub use scan::OnsetTest;
 pub use schedule::{Acts, Pattern, Schedule};
-pub(crate) use search::{TimedSet, moved_in_time, search};
+pub(crate) use search::{TimedSet, search};
 pub use times::{RecordingTimes, Times};
