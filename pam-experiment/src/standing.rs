@@ -123,7 +123,8 @@ pub fn live_causes(found: &JointDiagnosis) -> Vec<LiveCause> {
     live.collect()
 }
 
-/// How it ends: with one answer, or with what is not distinguished yet, and whether a measurement can do it.
+/// How it ends: with one answer, or with what is not distinguished yet, and whether the design of a further measurement, if there is one,
+/// is expected to distinguish it.
 #[must_use]
 pub fn conclusion(found: &JointDiagnosis, design: Option<&Design>) -> String {
     let names =

@@ -150,11 +150,20 @@ pub(super) fn worse<M>(d: &Diagnosis<M>) -> String {
     if each.is_empty() { each } else { format!(" The error became larger in {each}.") }
 }
 
-/// Minor causes in a sentence; empty if there are none.
-pub(super) fn minor<M>(d: &Diagnosis<M>) -> String {
-    let minor: Vec<&Cause> = leading(d).1.into_iter().chain(&d.minor).collect();
-    if minor.is_empty() {
-        return String::new();
-    }
-    format!(" Minor, with little influence on the error: {}.", with_values(&minor))
+/// Causes with a small share of the removed error and minor causes, each in a sentence; empty if there are none.
+pub(super) fn lesser<M>(d: &Diagnosis<M>) -> String {
+    let small = leading(d).1;
+    let minor: Vec<&Cause> = d.minor.iter().collect();
+    let groups = [
+        ("With less than 1 % of the removed error", small),
+        ("Minor, with little influence on the error", minor),
+    ];
+    let sentence = |(what, causes): (&str, Vec<&Cause>)| {
+        if causes.is_empty() {
+            String::new()
+        } else {
+            format!(" {what}: {}.", with_values(&causes))
+        }
+    };
+    groups.map(sentence).concat()
 }

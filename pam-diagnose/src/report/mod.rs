@@ -141,7 +141,7 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
         " Of the squared error above the noise in all channels, {named} is removed; a flexible model without names removes {any}."
     );
     let times = headline::times(&d.causes);
-    let more = format!("{times}{}{}", headline::worse(d), headline::minor(d));
+    let more = format!("{times}{}{}", headline::worse(d), headline::lesser(d));
     let because = if d.reasons.is_empty() {
         String::new()
     } else {
