@@ -123,8 +123,8 @@ pub fn live_causes(found: &JointDiagnosis) -> Vec<LiveCause> {
     live.collect()
 }
 
-/// How it ends: with one answer, or with what is not distinguished yet, and whether the design of a further measurement, if there is one,
-/// is expected to distinguish it.
+/// The conclusion of a series of measurements in words: one answer, or the causes that are not distinguished yet. If a further measurement
+/// has been designed, it also states whether that is expected to distinguish them.
 #[must_use]
 pub fn conclusion(found: &JointDiagnosis, design: Option<&Design>) -> String {
     let names =

@@ -173,6 +173,11 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         span / (w.len() - 1) as f64 * self.system.points_per_row() as f64
     }
 
+    /// The [time between two rows](Self::row_s) of each experiment whose window has an extent, s.
+    pub(crate) fn rows_s(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.len()).map(|i| self.row_s(i)).filter(|s| s.is_finite())
+    }
+
     /// Rows in a block.
     pub(crate) fn rows_per_block(&self, place: usize) -> usize {
         self.system.rows_per_block(self.rows(place), self.row_s(place))

@@ -62,8 +62,7 @@ pub(super) fn cell_s<C: Candidates + ?Sized>(problem: &Problem<'_, C>) -> f64 {
     let settings = &problem.settings.onset;
     let span = |i: usize| problem.row_s(i) * problem.rows(i) as f64;
     let total: f64 = (0..problem.len()).map(span).filter(|s| s.is_finite()).sum();
-    let row = (0..problem.len()).map(|i| problem.row_s(i)).filter(|s| s.is_finite());
-    let row_s = row.fold(0.0, f64::max);
+    let row_s = problem.rows_s().fold(0.0, f64::max);
     let [least, most] = [settings.fewest_cell_rows, settings.cell_rows].map(|n| n as f64 * row_s);
     let enough = total / settings.fewest_cells as f64;
     enough.min(most).max(least).max(total / MOST_CELLS)

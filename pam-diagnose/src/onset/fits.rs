@@ -4,37 +4,16 @@ use super::cells::cell_s;
 use super::schedule::Pattern;
 use crate::diagnosis::total;
 use crate::fit::{Fit, Hypothesis, Problem};
-use crate::search::{Candidates, stands};
+use crate::search::{Candidates, fit_promising, stands};
 use pam_core::parallel;
 
-/// Fits sets to all open rows, and leaves behind those that cannot come near the best any more; the best first.
+/// Fits sets to all open rows, and gives up those that can no longer become the best; the best first.
 pub(super) fn fit_all<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     starts: Vec<Hypothesis>,
 ) -> Vec<Fit> {
-    let settings = &problem.settings.search;
-    let fitted = parallel::map_each(starts, |start| {
-        problem.fit_to(start, settings.first_iterations, settings.converged_drop)
-    });
-    let mut going: Vec<Fit> = fitted.into_iter().flatten().collect();
-    let mut done: Vec<Fit> = Vec::new();
-    let mut iterations = settings.first_iterations;
     let price = |fit: &Fit| total(problem, fit);
-    while !going.is_empty() {
-        going.sort_by(|a, b| price(a).total_cmp(&price(b)));
-        let best = going.iter().chain(&done).map(price).fold(f64::INFINITY, f64::min);
-        let mut followed = 0;
-        let (further, ended): (Vec<Fit>, Vec<Fit>) = going.into_iter().partition(|fit| {
-            let near = price(fit) + fit.may_reach() - fit.cost < best;
-            let goes_on = near && !fit.has_converged() && iterations < settings.iterations;
-            followed += usize::from(goes_on);
-            goes_on && (iterations < settings.tried_iterations || followed <= settings.followed)
-        });
-        done.extend(ended);
-        iterations += settings.first_iterations;
-        let go_on = |fit| problem.fit_further(fit, settings.first_iterations);
-        going = parallel::map_each(further, go_on).into_iter().flatten().collect();
-    }
+    let mut done = fit_promising(problem, starts, price, (f64::INFINITY, 0.0));
     done.retain(|fit| {
         let h = &fit.hypothesis;
         stands(problem.system, h) && within(problem, h) && inside(problem.system, h)
@@ -54,7 +33,8 @@ fn inside<C: Candidates + ?Sized>(system: &C, h: &Hypothesis) -> bool {
     })
 }
 
-/// Whether the times of all members are inside the recordings: at their ends a member is there always, or never.
+/// Whether the times of all members lie strictly inside the recordings: a member that begins at an end of one acts in all of it, or not at
+/// all.
 fn within<C: Candidates + ?Sized>(problem: &Problem<'_, C>, h: &Hypothesis) -> bool {
     h.members.iter().all(|m| {
         let Some(schedule) = &m.schedule else { return true };
@@ -86,8 +66,7 @@ pub(crate) fn moved_in_time<C: Candidates + ?Sized>(
     mut best: Fit,
 ) -> Fit {
     let settings = &problem.settings.search;
-    let row_s = (0..problem.len()).map(|i| problem.row_s(i)).filter(|s| s.is_finite());
-    let step_s = SHIFT_ROWS * row_s.fold(0.0, f64::max);
+    let step_s = SHIFT_ROWS * problem.rows_s().fold(0.0, f64::max);
     let count = (LARGEST_SHIFT * cell_s(problem) / step_s).ceil() as i32;
     for _ in 0..SHIFT_ROUNDS {
         let mut valleys = Vec::new();

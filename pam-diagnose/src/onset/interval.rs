@@ -24,8 +24,7 @@ pub(crate) fn time_interval<C: Candidates + ?Sized>(
     time: usize,
 ) -> [f64; 2] {
     let rise = chi_square_quantile(0.95, 1.0);
-    let row_s = (0..problem.len()).map(|i| problem.row_s(i)).filter(|s| s.is_finite());
-    let first = FIRST_ROWS * row_s.fold(f64::INFINITY, f64::min);
+    let first = FIRST_ROWS * problem.rows_s().fold(f64::INFINITY, f64::min);
     let mut held = best.hypothesis.clone();
     let Some(schedule) = held.members[member].schedule.clone() else { return [f64::NAN; 2] };
     held.members[member].schedule = Some(Arc::new(schedule.held()));

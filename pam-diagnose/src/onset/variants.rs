@@ -117,7 +117,7 @@ fn halved<C: Candidates + ?Sized>(problem: &Problem<'_, C>, member: &Member) -> 
 
 /// Ramps of the duration of the data from which a growing effect is fitted.
 const RAMP_SHARES: [f64; 2] = [0.05, 0.3];
-/// Shares of what is left of a recording behind an onset, at which an effect that passes ends.
+/// Fractions of the remaining recording after an onset at which a temporary effect is tried to end.
 const END_SHARES: [f64; 2] = [0.35, 0.7];
 
 /// A member that begins, as one that grows, or that ends again.

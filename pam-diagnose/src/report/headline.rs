@@ -12,7 +12,7 @@ const WORSE: f64 = 0.02;
 /// Share of the removed error from which a cause stands in the headline.
 const LEADING: f64 = 0.01;
 
-/// The named causes that carry the error, and those with a share below 1 %, which the headline leaves out.
+/// The named causes in the headline, and those whose share of the removed error is below [`LEADING`].
 pub(super) fn leading<M>(d: &Diagnosis<M>) -> (Vec<&Cause>, Vec<&Cause>) {
     let (leading, small): (Vec<_>, Vec<_>) =
         d.causes.iter().partition(|c| c.share_of_error_removed >= LEADING);
@@ -152,18 +152,9 @@ pub(super) fn worse<M>(d: &Diagnosis<M>) -> String {
 
 /// Causes with a small share of the removed error and minor causes, each in a sentence; empty if there are none.
 pub(super) fn lesser<M>(d: &Diagnosis<M>) -> String {
-    let small = leading(d).1;
-    let minor: Vec<&Cause> = d.minor.iter().collect();
-    let groups = [
-        ("With less than 1 % of the removed error", small),
-        ("Minor, with little influence on the error", minor),
-    ];
-    let sentence = |(what, causes): (&str, Vec<&Cause>)| {
-        if causes.is_empty() {
-            String::new()
-        } else {
-            format!(" {what}: {}.", with_values(&causes))
-        }
-    };
-    groups.map(sentence).concat()
+    let small = (format!("With less than {} of the removed error", percent(LEADING)), leading(d).1);
+    let minor = ("Minor, with little influence on the error".to_owned(), d.minor.iter().collect());
+    let told =
+        [small, minor].into_iter().filter(|(_, causes): &(_, Vec<&Cause>)| !causes.is_empty());
+    told.map(|(what, causes)| format!(" {what}: {}.", with_values(&causes))).collect()
 }

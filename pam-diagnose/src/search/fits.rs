@@ -3,13 +3,46 @@
 use super::candidates::Candidates;
 use super::rows::Rows;
 use super::scored::{Scored, complexity};
-use crate::fit::{Fit, Hypothesis};
+use crate::fit::{Fit, Hypothesis, Problem};
 use crate::linearised::Subset;
 use pam_core::parallel;
 
 /// Whether every member still is what its name says.
 pub(crate) fn stands<C: Candidates + ?Sized>(system: &C, hypothesis: &Hypothesis) -> bool {
     hypothesis.members.iter().all(|m| system.stands(m.candidate, m.own()))
+}
+
+/// Fits hypotheses from their values. After every few iterations only those go on whose price may still come within a margin of the lowest
+/// one, or of the price of a rival if that is lower, and after some more iterations only the most promising of them.
+pub(crate) fn fit_promising<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    starts: Vec<Hypothesis>,
+    price: impl Fn(&Fit) -> f64,
+    (rival, margin): (f64, f64),
+) -> Vec<Fit> {
+    let settings = &problem.settings.search;
+    let fitted = parallel::map_each(starts, |start| {
+        problem.fit_to(start, settings.first_iterations, settings.converged_drop)
+    });
+    let mut going: Vec<Fit> = fitted.into_iter().flatten().collect();
+    let mut done = Vec::new();
+    let mut iterations = settings.first_iterations;
+    while !going.is_empty() {
+        let limit = going.iter().chain(&done).map(&price).fold(rival, f64::min) + margin;
+        going.sort_by(|a, b| price(a).total_cmp(&price(b)));
+        let mut followed = 0;
+        let (further, ended): (Vec<Fit>, Vec<Fit>) = going.into_iter().partition(|fit| {
+            let near = price(fit) + fit.may_reach() - fit.cost < limit;
+            let goes_on = near && !fit.has_converged() && iterations < settings.iterations;
+            followed += usize::from(goes_on);
+            goes_on && (iterations < settings.tried_iterations || followed <= settings.followed)
+        });
+        done.extend(ended);
+        iterations += settings.first_iterations;
+        let go_on = |fit| problem.fit_further(fit, settings.first_iterations);
+        going = parallel::map_each(further, go_on).into_iter().flatten().collect();
+    }
+    done
 }
 
 impl Subset<'_> {
@@ -30,35 +63,13 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         self.fit_all(subsets.iter().map(|subset| subset.beside(from)).collect(), rival)
     }
 
-    /// Fits hypotheses from their values, and scores them. After every few iterations only those go on that may still come
-    /// near the best of them, or the `rival` if that is better, by the training rows. Best first; those that are the same
-    /// set count once.
+    /// Fits hypotheses from their values as [`fit_promising`] does, and scores them. Only those are followed that may still come near the
+    /// best of them, or the `rival` if that is better, by the training rows. Best first; those that are the same set count once.
     pub(super) fn fit_all(&self, starts: Vec<Hypothesis>, rival: Option<&Scored>) -> Vec<Scored> {
-        let settings = &self.whole.settings.search;
-        let prospect = |fit: &Fit| fit.cost + complexity(&self.choosing, fit);
-        let train = &self.choosing.train;
-        let fitted = parallel::map_each(starts, |start| {
-            train.fit_to(start, settings.first_iterations, settings.converged_drop)
-        });
-        let mut going: Vec<Fit> = fitted.into_iter().flatten().collect();
-        let mut done = Vec::new();
-        let mut iterations = settings.first_iterations;
-        while !going.is_empty() {
-            let all = going.iter().chain(&done).chain(rival.map(|r| &r.fit));
-            let limit = all.map(prospect).fold(f64::INFINITY, f64::min) + self.confusable_cost();
-            going.sort_by(|a, b| prospect(a).total_cmp(&prospect(b)));
-            let mut followed = 0;
-            let (further, ended): (Vec<Fit>, Vec<Fit>) = going.into_iter().partition(|fit| {
-                let near = prospect(fit) + fit.may_reach() - fit.cost < limit;
-                let goes_on = near && !fit.has_converged() && iterations < settings.iterations;
-                followed += usize::from(goes_on);
-                goes_on && (iterations < settings.tried_iterations || followed <= settings.followed)
-            });
-            done.extend(ended);
-            iterations += settings.first_iterations;
-            let go_on = |fit| train.fit_further(fit, settings.first_iterations);
-            going = parallel::map_each(further, go_on).into_iter().flatten().collect();
-        }
+        let price = |fit: &Fit| fit.cost + complexity(&self.choosing, fit);
+        let rival = rival.map_or(f64::INFINITY, |r| price(&r.fit));
+        let limit = (rival, self.confusable_cost());
+        let done = fit_promising(&self.choosing.train, starts, price, limit);
         let scored = parallel::map_each(done, |fit| self.scored(fit));
         let rows = self.whole.rows_per_observation;
         let mut sets: Vec<Scored> = scored.into_iter().flatten().collect();

@@ -18,7 +18,7 @@ mod work;
 pub use candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 pub(crate) use chosen::TIE;
 pub use chosen::{Findings, search};
-pub(crate) use fits::stands;
+pub(crate) use fits::{fit_promising, stands};
 pub(crate) use remembered::Remembered;
 pub use rows::Rows;
 pub use scored::Scored;

@@ -95,7 +95,7 @@ pub fn sized(case: &Case, hidden: &[Hidden]) -> Vec<Truth> {
     truths(&case, &Setting::of(&case))
 }
 
-/// What the recordings of a plant case are made with.
+/// The plant, model and conditions of a case.
 struct Setting {
     plant: Plant,
     /// The model under diagnosis.
