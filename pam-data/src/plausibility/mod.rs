@@ -14,7 +14,8 @@
 //!
 //! Each way to read the columns (units, reference, order, sign) is weighed by its log odds against the stated one. The
 //! odds allow what a diagnosis is there to find: polytropic air, gains of tens of per cent, biases, lags, leaks.
-//! A [`Finding`] is an [`Error`](Severity::Error) from odds of 100 to 1, a [`Warning`](Severity::Warning) from 10 to 1.
+//! A [`Finding`] is an [`Error`](Severity::Error) from odds of 100 to 1, a [`Warning`](Severity::Warning) from 10 to 1. All recordings are
+//! of the same muscles: a [geometry](FindingKind::Geometry) that only a minority of them contradicts is a warning.
 //!
 //! ```no_run
 //! use pam_data::{LoadOptions, MassOptions, Subject, load_model, plausibility, read_recordings};
@@ -93,6 +94,7 @@ pub fn check_with<'s, F: ForceModel<f64> + Sync>(
         forces_off.extend(of_force.off);
         others.extend(masses);
     }
+    columns::judge_geometry(&weights, &samples, &readings, &mut findings);
     findings.extend(others);
     findings.extend(force::units(forces_off));
     merged(findings)
