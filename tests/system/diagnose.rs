@@ -2,6 +2,7 @@
 //! virtual rig, and by nature (the published real run).
 
 use pam_data::{Recording, SavedModel, Subject, load_model};
+use pam_diagnose::report::verdict_sentence;
 use pam_diagnose::settings::ResidualSettings;
 use pam_diagnose::verdict::Cause;
 use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, Verdict, diagnose};
@@ -440,6 +441,25 @@ mod long {
                 d.named()
             );
         }
+    }
+
+    /// A friction from 48 s of a run of 70 s on, in its test part only, is no name, but the first sentence tells when it begins.
+    #[test]
+    #[ignore = "long"]
+    fn an_error_of_the_test_data_alone_is_told_first() {
+        let saved = published_model();
+        let friction = Hidden::new("coulomb_friction", &[("force_n", 15.0)]).from_s(48.0);
+        let whole = Excitation::published(1.0);
+        let data =
+            plant_runs(&saved, &CONDITIONS[..1], &whole, &[friction], &Sensors::default(), 6);
+        let d = diagnosed(&saved, &data, None, 6);
+        assert_eq!(d.verdict, Verdict::Unexplained, "{:?}", d.named());
+        let told = verdict_sentence(&d);
+        let start = "An error occurs in the test data only: it begins at t = 4";
+        assert!(told.starts_with(start), "{told}");
+        assert_eq!(told.matches("in the test data only").count(), 1, "{told}");
+        let onset = d.late_fault.expect("told").parameters["onset_s"];
+        assert!((onset.value - 48.0).abs() < 0.5, "{onset:?}");
     }
 
     /// The test set has no say in what is found: other recordings there, even faulty ones, change what is confirmed and nothing

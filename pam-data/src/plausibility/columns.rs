@@ -32,7 +32,7 @@ pub(super) fn findings<F: ForceModel<f64>>(
     chosen: &ChosenReading,
 ) -> Vec<Finding> {
     let mut out = Vec::new();
-    let (one, reading) = ([sample], chosen.reading);
+    let reading = chosen.reading;
     out.extend(severity(weights, chosen.odds[0]).map(|s| pressure(weights, sample, reading, s)));
     out.extend(
         severity(weights, chosen.odds[1]).map(|s| displacement(weights, sample, reading, s)),

@@ -32,9 +32,9 @@ impl LateFault {
         let values: Vec<String> =
             own.map(|(name, i)| format!("{name} = {}", significant(i.value, 3))).collect();
         format!(
-            "an error lives in the test data only: {}. It looks like {} ({}), which no other data confirm",
+            "an error occurs in the test data only: {}. It looks like {} ({}), which no other data confirm",
             self.acts.sentence("it"),
-            self.effect,
+            pam_vocabulary::plain_name(&self.effect),
             values.join(", ")
         )
     }

@@ -9,6 +9,7 @@ mod residual;
 
 use crate::diagnosis::Diagnosis;
 use crate::law::Law;
+use crate::onset::LateFault;
 use crate::remainder::Remainder;
 use crate::verdict::Verdict;
 use headline::Headline;
@@ -70,6 +71,9 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
             }
         }
         Verdict::NothingFound => "Diagnosis: no fault found".to_owned(),
+        Verdict::Unexplained if d.late_fault.is_some() => {
+            "Diagnosis: an error begins in the test data".to_owned()
+        }
         Verdict::Unexplained => "Diagnosis: no listed cause explains the error".to_owned(),
         Verdict::Unconfirmed => "Diagnosis: the test data confirm no cause".to_owned(),
         Verdict::ModelInadequate => {
@@ -142,15 +146,26 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     );
     let times = headline::times(&d.causes);
     let more = format!("{times}{}{}", headline::worse(d), headline::lesser(d));
-    let because = if d.reasons.is_empty() {
+    // In an `unexplained` diagnosis it stands at the beginning.
+    let late = d.late_fault.as_ref().filter(|_| d.verdict == Verdict::Unexplained);
+    let late = late.map(LateFault::sentence);
+    let reasons: Vec<&str> =
+        d.reasons.iter().filter(|r| late.as_ref() != Some(*r)).map(String::as_str).collect();
+    let because = if reasons.is_empty() {
         String::new()
     } else {
-        format!(" In detail: {}.", d.reasons.join("; "))
+        format!(" In detail: {}.", reasons.join("; "))
     };
     if let Some(r) = learned(d) {
         let (subjects, is_one) = subjects(d);
         let reduction = reduction(is_one);
         return format!("{subjects}{reduction}. {}{more}{because}", r.sentence);
+    }
+    if let Some(late) = late {
+        return format!(
+            "{}. Record more data to see whether it stays.{because}",
+            headline::capitalised(&late)
+        );
     }
     match d.verdict {
         Verdict::NothingFound => {
