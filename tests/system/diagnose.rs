@@ -443,7 +443,7 @@ mod long {
         }
     }
 
-    /// A friction from 48 s of a run of 70 s on, in its test part only, is no name, but the first sentence tells when it begins.
+    /// Friction that begins at 48 s of a run of 70 s, in the test part, is not named, but the first sentence says when it begins.
     #[test]
     #[ignore = "long"]
     fn an_error_of_the_test_data_alone_is_told_first() {

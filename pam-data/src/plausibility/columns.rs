@@ -43,8 +43,6 @@ pub(super) fn findings<F: ForceModel<f64>>(
         out.extend(impossible(weights, sample, reading));
     }
     out.extend(silent);
-    let ratios = both_ratios(weights, sample, reading);
-    out.extend(ratios.and_then(|ratios| geometry(weights, sample, ratios)));
     out
 }
 
@@ -59,29 +57,30 @@ fn both_ratios<F: ForceModel<f64>>(
     (wrong == 0).then_some([flexor, extensor])
 }
 
-/// Turns errors in the geometry into warnings where most recordings fit it. All recordings are of the same muscles, so a deviation in
-/// few of them has another cause: play of the displacement sensor hides most of a small motion.
-pub(super) fn judge_geometry<F: ForceModel<f64>>(
+/// Findings in the geometry of the model. All recordings are of the same muscles, so a deviation in no more than half of them has another
+/// cause and is a warning: backlash in the displacement measurement hides most of a small motion.
+pub(super) fn geometries<F: ForceModel<f64>>(
     weights: &Weights<'_, F>,
     samples: &[Sample<'_>],
     readings: &[ChosenReading],
-    findings: &mut [Finding],
-) {
+) -> Vec<Finding> {
     let both = samples.iter().zip(readings);
-    let judged = both.filter(|(s, r)| both_ratios(weights, s, r.reading).is_some()).count();
-    let off = findings.iter().filter(|f| f.kind == FindingKind::Geometry).count();
-    if 2 * off > judged {
-        return;
+    let ratios = both.filter_map(|(s, r)| Some((s, both_ratios(weights, s, r.reading)?)));
+    let judged: Vec<Option<Finding>> =
+        ratios.map(|(sample, ratios)| geometry(weights, sample, ratios)).collect();
+    let count = judged.len();
+    let mut off: Vec<Finding> = judged.into_iter().flatten().collect();
+    let fitting = count - off.len();
+    if fitting >= off.len() {
+        for finding in &mut off {
+            finding.severity = Severity::Warning;
+            finding.message.push_str(&format!(
+                ". {fitting} of {count} recordings fit the model, so look for what differs in this one: backlash in the displacement \
+                 measurement hides most of a small motion"
+            ));
+        }
     }
-    for finding in findings.iter_mut().filter(|f| f.kind == FindingKind::Geometry) {
-        finding.severity = Severity::Warning;
-        let fit = format!(
-            ". {} of {judged} recordings fit the model, so look for what differs in this one: play of the displacement sensor \
-             hides most of a small motion",
-            judged - off
-        );
-        finding.message.push_str(&fit);
-    }
+    off
 }
 
 fn finding(

@@ -94,7 +94,7 @@ pub fn check_with<'s, F: ForceModel<f64> + Sync>(
         forces_off.extend(of_force.off);
         others.extend(masses);
     }
-    columns::judge_geometry(&weights, &samples, &readings, &mut findings);
+    findings.extend(columns::geometries(&weights, &samples, &readings));
     findings.extend(others);
     findings.extend(force::units(forces_off));
     merged(findings)

@@ -33,8 +33,7 @@ fn inside<C: Candidates + ?Sized>(system: &C, h: &Hypothesis) -> bool {
     })
 }
 
-/// Whether the times of all members lie strictly inside the recordings: a member that begins at an end of one acts in all of it, or not at
-/// all.
+/// Whether every onset and end lies strictly inside its recording. At the first or last sample, the effect would act throughout or never.
 fn within<C: Candidates + ?Sized>(problem: &Problem<'_, C>, h: &Hypothesis) -> bool {
     h.members.iter().all(|m| {
         let Some(schedule) = &m.schedule else { return true };

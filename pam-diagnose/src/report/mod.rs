@@ -9,7 +9,6 @@ mod residual;
 
 use crate::diagnosis::Diagnosis;
 use crate::law::Law;
-use crate::onset::LateFault;
 use crate::remainder::Remainder;
 use crate::verdict::Verdict;
 use headline::Headline;
@@ -146,32 +145,23 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     );
     let times = headline::times(&d.causes);
     let more = format!("{times}{}{}", headline::worse(d), headline::lesser(d));
-    // In an `unexplained` diagnosis it stands at the beginning.
-    let late = d.late_fault.as_ref().filter(|_| d.verdict == Verdict::Unexplained);
-    let late = late.map(LateFault::sentence);
-    let reasons: Vec<&str> =
-        d.reasons.iter().filter(|r| late.as_ref() != Some(*r)).map(String::as_str).collect();
-    let because = if reasons.is_empty() {
-        String::new()
-    } else {
-        format!(" In detail: {}.", reasons.join("; "))
-    };
+    let because = in_detail(d.reasons.iter());
     if let Some(r) = learned(d) {
         let (subjects, is_one) = subjects(d);
         let reduction = reduction(is_one);
         return format!("{subjects}{reduction}. {}{more}{because}", r.sentence);
-    }
-    if let Some(late) = late {
-        return format!(
-            "{}. Record more data to see whether it stays.{because}",
-            headline::capitalised(&late)
-        );
     }
     match d.verdict {
         Verdict::NothingFound => {
             "The model predicts these recordings as well as noise and its baseline discrepancy allow; \
              these data show no fault."
                 .into()
+        }
+        Verdict::Unexplained if let Some(late) = &d.late_fault => {
+            let late = late.sentence();
+            let others = in_detail(d.reasons.iter().filter(|reason| **reason != late));
+            let begin = headline::capitalised(&late);
+            format!("{begin}. Record more data to see whether it persists.{others}")
         }
         Verdict::Unexplained => format!(
             "There is an error, and no listed cause explains it: the best candidate alone, {}, removes {} \
@@ -204,6 +194,12 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
             format!("{causes}{reduction}, but a part of the error remains.{more}{shares}{because}")
         }
     }
+}
+
+/// The reasons in a sentence with a space before it; empty without any.
+fn in_detail<'r>(reasons: impl Iterator<Item = &'r String>) -> String {
+    let all: Vec<&str> = reasons.map(String::as_str).collect();
+    if all.is_empty() { String::new() } else { format!(" In detail: {}.", all.join("; ")) }
 }
 
 fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
